@@ -1,0 +1,32 @@
+"""Mistakes in what a user wrote: where, which key, what was expected and what was found."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, order=True)
+class Mistake:
+    """One mistake and its place; sorts by place and prints as one line.
+
+    Lines and columns count from 1.
+    """
+
+    file: str
+    line: int
+    column: int
+    key: str
+    message: str
+
+    def __str__(self) -> str:
+        """``file:line:column: key: expected ..., found ...``; the key is left out where there is none."""
+        return ": ".join(filter(None, (f"{self.file}:{self.line}:{self.column}", self.key, self.message)))
+
+
+class BadInput(Exception):  # noqa: N818 - it names what was given, not what broke
+    """All mistakes of all files, each once, in the order of their places; ``str()`` is one line a mistake."""
+
+    def __init__(self, mistakes: Iterable[Mistake]) -> None:
+        self.mistakes: tuple[Mistake, ...] = tuple(sorted(set(mistakes)))
+        super().__init__("\n".join(str(mistake) for mistake in self.mistakes))
