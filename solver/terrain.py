@@ -204,10 +204,10 @@ class Segments(SlopeProfile):
         return tuple(self._knots)
 
     def _inclination(self, x: Array) -> Array:
-        angle = np.full(x.shape, float(self.angles[0]))
+        angle: Array = np.full(x.shape, float(self.angles[0]))
         for start, step in zip(self.starts[1:], np.diff(self.angles), strict=True):
             angle += step * np.clip((x - start) / self.joint + 0.5, 0.0, 1.0)
-        return np.radians(angle)
+        return np.asarray(np.radians(angle))
 
     def _bend(self, x: Array) -> Array:
         kappa = np.zeros(x.shape)
@@ -215,7 +215,7 @@ class Segments(SlopeProfile):
             half = self.joint / 2
             inside = np.heaviside(x - start + half, 0.5) - np.heaviside(x - start - half, 0.5)
             kappa -= step / self.joint * inside
-        return kappa
+        return np.asarray(kappa)
 
 
 def _spread(function: Callable[[Array], Array], x: ArrayLike, y: ArrayLike) -> Array:
