@@ -1,0 +1,165 @@
+"""A batch: jobs handed to worker processes through Dask, a few at a time, each forgotten when it ends."""
+
+# distributed leaves most of its functions without types.
+# mypy: disable-error-code="no-untyped-call"
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from itertools import islice
+from typing import TYPE_CHECKING, Any
+
+import dask
+import numpy as np
+from distributed import Client, Future, KilledWorker, LocalCluster, as_completed
+
+from pipeline import store
+from pipeline.interrupts import Interrupts, heard
+from pipeline.task import Job, Outcome, Solve, condemn, perform
+from pipeline.template import variables
+from pipeline.variables import Status
+from solver.simulation import simulate
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from pipeline.runs import Run
+    from pipeline.scenario import Scenario
+
+DEATH = "the worker process died of this run, twice"
+
+# allowed-failures counts deaths of a worker, retries would count exceptions; saturation 1 gives a worker no
+# task beside the one it runs, which could be taken for the cause of its death.
+SETTINGS = {
+    "distributed.scheduler.allowed-failures": 1,
+    "distributed.scheduler.worker-saturation": 1.0,
+    "distributed.worker.preload": ["pipeline.worker"],
+    "distributed.nanny.pre-spawn-environ.NUMBA_NUM_THREADS": 1,
+}
+
+
+@dataclass
+class Ending:
+    """How a batch ended: whether the user stopped it, and what was wrong with the place."""
+
+    interrupted: bool = False
+    trouble: str = ""
+
+
+def jobs(scenario: Scenario, path: Path, runs: Sequence[Run], retry_failed: bool) -> Iterator[Job]:
+    """List what is left to do in a store, one job a group, from its status alone."""
+    states = store.statuses(path)
+    wanted = np.isin(states, [Status.PENDING, *([Status.FAILED] if retry_failed else [])])
+    group = store.group(path)
+    for start in range(0, len(runs), group):
+        chosen = tuple(run for run in runs[start : start + group] if wanted[run.index])
+        if chosen:
+            yield Job(path, variables(scenario), chosen)
+
+
+@contextmanager
+def workers(count: int) -> Iterator[Client]:
+    """Start worker processes of one thread each, and end them."""
+    with (
+        dask.config.set(SETTINGS),
+        LocalCluster(
+            n_workers=count, threads_per_worker=1, dashboard_address=None, silence_logs=logging.CRITICAL
+        ) as cluster,
+        Client(cluster) as client,
+    ):
+        yield client
+
+
+def execute(
+    client: Client,
+    todo: Iterable[Job],
+    report: Callable[[Outcome], None],
+    tell: Callable[[str], None],
+    solve: Solve = simulate,
+) -> Ending:
+    """Do jobs until all are done, the user interrupts, or the place gives trouble.
+
+    A job whose worker died is set aside and its runs are tried again one at a time with nothing beside
+    them, so that a run is condemned only by deaths that are its own.
+
+    Parameters
+    ----------
+    client : Client
+        Of the workers.
+    todo : iterable of Job
+        Taken as workers become free.
+    report, tell : callable
+        Told what became of every run, and lines for the user.
+    solve : callable
+        The solver.
+
+    Returns
+    -------
+    Ending
+        How it ended; runs that are not reported are as pending as before.
+    """
+    suspects: list[Job] = []
+
+    def condemned(job: Job) -> None:
+        for outcome in condemn(job, DEATH):
+            report(outcome)
+
+    with heard(tell) as interrupts:
+        flow = _Flow(client, report, interrupts, solve)
+        try:
+            width = len(client.scheduler_info()["workers"])
+            flow.run(iter(todo), width, suspects.append)
+            flow.run((replace(job, runs=(run,)) for job in suspects for run in job.runs), 1, condemned)
+        except KeyboardInterrupt:
+            interrupts.asked = True
+    return Ending(interrupts.asked, flow.trouble)
+
+
+@dataclass
+class _Flow:
+    """Jobs on their way through the workers, never more of them than asked for."""
+
+    client: Client
+    report: Callable[[Outcome], None]
+    interrupts: Interrupts
+    solve: Solve
+    trouble: str = ""
+
+    def run(self, todo: Iterator[Job], width: int, died: Callable[[Job], None]) -> None:
+        """Do jobs, ``width`` at a time; ``died`` takes those whose worker died."""
+        under_way: dict[Any, Job] = {}
+        completed = as_completed()
+
+        def submit() -> None:
+            if self.interrupts.asked or self.trouble:
+                return
+            for job in islice(todo, 1):
+                future = self.client.submit(perform, job, self.solve, pure=False)
+                under_way[future.key] = job
+                completed.add(future)
+
+        for _ in range(width):
+            submit()
+        for future in completed:
+            job = under_way.pop(future.key)
+            try:
+                self._finish(job, future, died)
+            except OSError as error:
+                self.trouble = f"{job.path}: {error}"
+            future.release()
+            submit()
+
+    def _finish(self, job: Job, future: Future[Any], died: Callable[[Job], None]) -> None:
+        if future.status == "finished":
+            for outcome in future.result():
+                self.report(outcome)
+            return
+        error = future.exception()
+        if isinstance(error, KilledWorker):
+            died(job)
+        else:
+            self.trouble = f"{job.path}: {type(error).__name__}: {error}"

@@ -1,0 +1,120 @@
+"""Scenarios completed in a place: their stores checked or made, what is left done, the table written."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from dask.system import CPU_COUNT
+from rich.console import Console
+
+from pipeline import store, table
+from pipeline.batch import Ending, execute, jobs, workers
+from pipeline.place import store_path, summary_path
+from pipeline.progress import shown
+from pipeline.runs import expand
+from pipeline.scenario import Scenario, differences
+from pipeline.task import Job, Solve
+from pipeline.template import template
+from pipeline.variables import Status
+from solver.simulation import simulate
+
+
+class ChangedError(Exception):
+    """Stores were made from something else than is asked for now; ``str()`` has a line a difference."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a place holds after a batch: the status of every run asked for, and how the batch ended."""
+
+    ending: Ending
+    statuses: Counter[Status]
+
+    @property
+    def exit_code(self) -> int:
+        """0 all done, 1 some failed, 3 trouble of the place, 130 interrupted."""
+        if self.ending.interrupted:
+            return 130
+        if self.ending.trouble:
+            return 3
+        return 1 if self.statuses[Status.FAILED] else 0
+
+
+def complete(
+    scenarios: Sequence[Scenario],
+    out: Path,
+    console: Console,
+    *,
+    count: int | None = None,
+    overwrite: bool = False,
+    retry_failed: bool = False,
+    solve: Solve = simulate,
+) -> Outcome:
+    """Do what is left of scenarios in a place the caller holds, and write its table.
+
+    Parameters
+    ----------
+    scenarios : sequence of Scenario
+        With names of their own.
+    out : Path
+        The place.
+    console : Console
+        Where progress is shown.
+    count : int, optional
+        Worker processes at most; by default one for every core this process may use.
+    overwrite, retry_failed : bool
+        Replace the stores of changed scenarios; do failed runs again.
+    solve : callable
+        The solver.
+
+    Raises
+    ------
+    ChangedError
+        If a store was made from a changed scenario and is not to be overwritten; nothing is done then.
+    OSError
+        If a store cannot be made or read.
+    """
+    replaced = _changed(scenarios, out)
+    if replaced and not overwrite:
+        raise ChangedError("\n".join(line for lines in replaced.values() for line in lines))
+    store.sweep_partials(out)
+    todo: list[Job] = []
+    for scenario in scenarios:
+        path, runs = store_path(out, scenario.name), expand(scenario)
+        if scenario.name in replaced or not path.exists():
+            store.create(path, template(scenario, runs))
+        todo += jobs(scenario, path, runs, retry_failed)
+    ending = _execute(todo, console, count, solve)
+    try:
+        table.write(table.read(out), summary_path(out))
+    except OSError as error:
+        ending.trouble = ending.trouble or str(error)
+    counts = Counter(Status(s) for sc in scenarios for s in store.statuses(store_path(out, sc.name)))
+    return Outcome(ending, counts)
+
+
+def _changed(scenarios: Sequence[Scenario], out: Path) -> dict[str, list[str]]:
+    """Say by name of scenario what changed since its store was made; without those that did not change."""
+    found: dict[str, list[str]] = {}
+    for scenario in scenarios:
+        path = store_path(out, scenario.name)
+        if not path.exists():
+            continue
+        before = store.attributes(path)
+        if "scenario_content" not in before:
+            raise FileExistsError(f"{path} is not a store of scenarios; move it away")
+        if before["scenario_hash"] != scenario.digest:
+            lines = differences(str(before["scenario_content"]), scenario.content)
+            found[scenario.name] = [f"{path}: made from a changed scenario: {line}" for line in lines]
+    return found
+
+
+def _execute(todo: Sequence[Job], console: Console, count: int | None, solve: Solve) -> Ending:
+    if not todo:
+        return Ending()
+    total = sum(len(job.runs) for job in todo)
+    with workers(min(count or CPU_COUNT, len(todo))) as client, shown(console, total) as progress:
+        return execute(client, todo, progress.report, progress.tell, solve)

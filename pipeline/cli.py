@@ -1,0 +1,197 @@
+"""The command line. Heavy imports stand inside commands, so that help and mistakes come at once."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from rich.console import Console
+
+    from pipeline.scenario import Scenario
+
+BAD_INPUT = 2
+TROUBLE = 3
+IN_USE = 4
+
+app = typer.Typer(
+    add_completion=False,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+    help="Granular debris-flow scenarios: from YAML files to Zarr stores and a table.",
+)
+
+Files = Annotated[list[Path], typer.Argument(metavar="FILES...", help="Scenario files.")]
+Out = Annotated[Path, typer.Argument(metavar="OUT", help="The place results were written to.")]
+
+
+@app.command()
+def run(
+    files: Files,
+    out: Annotated[Path, typer.Option(help="Place the results go to.")] = Path("results"),
+    workers: Annotated[
+        int | None, typer.Option(min=1, help="Worker processes.", show_default="all cores")
+    ] = None,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace stores of changed scenarios.")
+    ] = False,
+    retry_failed: Annotated[bool, typer.Option("--retry-failed", help="Do failed runs again.")] = False,
+) -> None:
+    """Do what is left of the scenarios' runs; finished runs are not done again.
+
+    Exit codes: 0 all done, 1 some runs failed, 2 bad input, 3 trouble of the place (runs stay pending),
+    4 the place is in use, 130 interrupted.
+    """
+    scenarios = _load(files)
+    from pipeline.catalogue import ChangedError, complete
+    from pipeline.place import PlaceInUseError, held, summary_path
+
+    console = _console()
+    try:
+        with held(out):
+            outcome = complete(
+                scenarios, out, console, count=workers, overwrite=overwrite, retry_failed=retry_failed
+            )
+    except ChangedError as error:
+        typer.echo(f"{error}\nuse --overwrite to replace, or another --out", err=True)
+        raise typer.Exit(BAD_INPUT) from None
+    except PlaceInUseError as error:
+        typer.echo(str(error), err=True)
+        raise typer.Exit(IN_USE) from None
+    except OSError as error:
+        typer.echo(str(error), err=True)
+        raise typer.Exit(TROUBLE) from None
+    if summary_path(out).exists():
+        from pipeline import table
+
+        whole = table.read(out)
+        _print(console, whole[whole["scenario"].isin([scenario.name for scenario in scenarios])])
+    for path in [*(out / f"{scenario.name}.zarr" for scenario in scenarios), summary_path(out)]:
+        console.print(str(path), soft_wrap=True, highlight=False)
+    if outcome.ending.trouble:
+        typer.echo(outcome.ending.trouble, err=True)
+    raise typer.Exit(outcome.exit_code)
+
+
+@app.command()
+def validate(files: Files) -> None:
+    """Check scenario files and list the runs they make; write nothing."""
+    from pipeline.runs import expand
+
+    for scenario in _load(files):
+        runs = expand(scenario)
+        typer.echo(f"{scenario.path}: {scenario.name}: {len(runs)} run{'s' if len(runs) > 1 else ''}")
+        for each in runs:
+            if each.parameters:
+                values = ", ".join(f"{name}={value}" for name, value in each.parameters.items())
+                typer.echo(f"  {each.index}: {values}")
+
+
+@app.command()
+def schema() -> None:
+    """Print the JSON Schema of a scenario file, for editors."""
+    import json
+
+    from pipeline.scenario import json_schema
+
+    typer.echo(json.dumps(json_schema(), indent=2))
+
+
+@app.command()
+def summary(
+    out: Out,
+    to: Annotated[
+        Path | None, typer.Option(help="File to write: .csv or .parquet.", show_default="OUT/summary.csv")
+    ] = None,
+) -> None:
+    """Print the table over all scenarios of a place, and write it as CSV or Parquet."""
+    if to is not None and to.suffix not in (".csv", ".parquet"):
+        typer.echo(f"{to}: expected a file ending in .csv or .parquet", err=True)
+        raise typer.Exit(BAD_INPUT)
+    from pipeline import table
+    from pipeline.place import summary_path
+
+    try:
+        whole = table.read(out)
+    except FileNotFoundError as error:
+        typer.echo(str(error), err=True)
+        raise typer.Exit(BAD_INPUT) from None
+    path = to or summary_path(out)
+    try:
+        table.write(whole, path)
+    except ImportError:
+        typer.echo("Parquet needs pyarrow: pip install 'lmls[parquet]'", err=True)
+        raise typer.Exit(BAD_INPUT) from None
+    except OSError as error:
+        typer.echo(str(error), err=True)
+        raise typer.Exit(TROUBLE) from None
+    console = _console()
+    _print(console, whole)
+    console.print(str(path), soft_wrap=True, highlight=False)
+
+
+@app.command()
+def plot(
+    store: Annotated[Path, typer.Argument(metavar="STORE", help="Store of a scenario, <out>/<name>.zarr.")],
+    run: Annotated[int, typer.Option(min=0, help="Position of the run in the store.")] = 0,
+    to: Annotated[
+        Path | None, typer.Option(help="Picture to write.", show_default="STORE with .png for .zarr")
+    ] = None,
+) -> None:
+    """Draw the depth of a run at its output times."""
+    from pipeline.figures import depth_panels
+    from pipeline.store import open_store
+
+    path = to or store.with_suffix(".png")
+    try:
+        with open_store(store) as opened:
+            depth_panels(opened, run, path)
+    except (FileNotFoundError, ValueError) as error:
+        typer.echo(str(error), err=True)
+        raise typer.Exit(BAD_INPUT) from None
+    except OSError as error:
+        typer.echo(str(error), err=True)
+        raise typer.Exit(TROUBLE) from None
+    typer.echo(str(path))
+
+
+def _load(files: list[Path]) -> list[Scenario]:
+    """Load scenarios, or end with every mistake on a line of its own."""
+    from pipeline.scenario import BadInput, load
+
+    try:
+        scenarios = load(files)
+    except BadInput as error:
+        typer.echo(str(error), err=True)
+        raise typer.Exit(BAD_INPUT) from None
+    for scenario in scenarios:
+        for warning in scenario.warnings:
+            typer.echo(warning, err=True)
+    return scenarios
+
+
+def _console() -> Console:
+    """Give the terminal, or plain lines as wide as a table needs."""
+    from rich.console import Console
+
+    console = Console()
+    return console if console.is_terminal else Console(width=160)
+
+
+def _print(console: Console, whole: pd.DataFrame) -> None:
+    from pipeline.display import runs_table
+
+    console.print(runs_table(whole))
+
+
+def main() -> None:
+    """Entry point of the ``pipeline`` command."""
+    app()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,130 @@
+"""One task: the runs of one group, computed one after another and written together."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pipeline import store
+from pipeline.runs import Prepared, Run, build_scene
+from pipeline.summary import summarise
+from pipeline.template import profile_values
+from pipeline.variables import FIELDS, Status, Variable
+from solver.simulation import Result, simulate
+
+Solve = Callable[..., Result]
+
+
+@dataclass(frozen=True)
+class Job:
+    """Runs of one group of one store, which the task that takes it alone writes."""
+
+    path: Path
+    variables: tuple[Variable, ...]
+    runs: tuple[Run, ...]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of a run: its store, its index, its status, and why where it failed."""
+
+    path: Path
+    run: int
+    status: Status
+    reason: str = ""
+
+
+def perform(job: Job, solve: Solve = simulate) -> list[Outcome]:
+    """Compute a job's runs and write them; what an earlier attempt finished is left alone.
+
+    Parameters
+    ----------
+    job : Job
+        The runs, and where they go.
+    solve : callable
+        The solver, called as ``solver.simulation.simulate``.
+
+    Raises
+    ------
+    OSError
+        If the store cannot be read or written. What goes wrong inside a run is an outcome, not an error.
+    """
+    states = store.statuses(job.path)
+    runs = [run for run in job.runs if states[run.index] not in (Status.DONE, Status.OVERRUN)]
+    rows: dict[int, dict[str, Any]] = {}
+    outcomes = [
+        Outcome(job.path, run.index, Status(states[run.index])) for run in job.runs if run not in runs
+    ]
+    for run in runs:
+        status, rows[run.index] = _compute(run, solve)
+        outcomes.append(Outcome(job.path, run.index, status, rows[run.index].get("failure_reason", "")))
+    if rows:
+        store.write(job.path, job.variables, rows, {o.run: o.status for o in outcomes if o.run in rows})
+    return outcomes
+
+
+def condemn(job: Job, reason: str) -> list[Outcome]:
+    """Mark a job's runs as failed in place of the process that died of them."""
+    rows = {run.index: {"failure_reason": reason} for run in job.runs}
+    store.write(job.path, job.variables, rows, dict.fromkeys(rows, Status.FAILED))
+    return [Outcome(job.path, run, Status.FAILED, reason) for run in rows]
+
+
+def _compute(run: Run, solve: Solve) -> tuple[Status, dict[str, Any]]:
+    """Status and values of one run."""
+    try:
+        prepared = build_scene(run)
+        result = solve(
+            prepared.scene,
+            prepared.times,
+            arrival_depth=prepared.threshold,
+            stop_at_rest=prepared.stop_at_rest,
+        )
+        return _status(prepared, result), _row(prepared, result)
+    except Exception as error:
+        return Status.FAILED, {"failure_reason": f"{type(error).__name__}: {error}"}
+
+
+def _status(prepared: Prepared, result: Result) -> Status:
+    if result.failure is not None:
+        return Status.FAILED
+    sides = prepared.scene.boundaries
+    is_open = "open" in (sides.x_min, sides.x_max, sides.y_min, sides.y_max)
+    return Status.OVERRUN if is_open and result.ledger.outflow > 0 else Status.DONE
+
+
+def _row(prepared: Prepared, result: Result) -> dict[str, Any]:
+    """Values of a run by name of variable; a failed one has no summaries."""
+    profile = profile_values(prepared)
+    row: dict[str, Any] = {v.name: getattr(result, v.name) for v in FIELDS}
+    row |= profile
+    row |= {
+        "volume_asked": prepared.volume_asked,
+        "volume_released": result.ledger.released,
+        "volume_in": result.ledger.inflow,
+        "volume_out": result.ledger.outflow,
+        "volume_error": result.ledger.error,
+        "steps": result.steps,
+        "rest_time": result.rest_time,
+        "wall_time": result.wall_time,
+        "cpu_time": result.cpu_time,
+    }
+    if result.failure is not None:
+        return row | {
+            "failure_reason": result.failure.reason,
+            "failure_time": result.failure.time,
+            "failure_x": result.failure.x,
+            "failure_y": result.failure.y,
+        }
+    return row | summarise(
+        prepared.scene.lattice,
+        profile["elevation"],
+        profile["horizontal_distance"],
+        prepared.scene.depth,
+        result.deposit_depth,
+        result.max_depth,
+        result.max_speed,
+        prepared.threshold,
+    )

@@ -1,0 +1,181 @@
+"""The one table of what a store holds: the template, the summary table and the documentation come from it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import IntEnum
+from typing import Any, Literal
+
+FRAME = ("run", "time", "y", "x")
+CELL = ("run", "y", "x")
+RUN = ("run",)
+
+
+class Status(IntEnum):
+    """What became of a run; the only thing a rerun looks at."""
+
+    PENDING = 0
+    DONE = 1
+    FAILED = 2
+    OVERRUN = 3
+
+    @property
+    def words(self) -> str:
+        """The status as it stands in tables and in CF ``flag_meanings``."""
+        return "done_but_overrun" if self is Status.OVERRUN else self.name.lower()
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One variable of the store.
+
+    Parameters
+    ----------
+    name : str
+        Name in the store, in the table and in the documentation.
+    dims : tuple of str
+        Dimensions, outermost first.
+    dtype : str
+        ``float32``, ``float64``, ``int8``, ``int64`` or ``string``.
+    units : str
+        CF units; ``""`` for what has none, ``1`` for a pure number.
+    long_name : str
+        What it is.
+    fill : float, int or str
+        Value of what was never computed.
+    attributes : dict
+        Further CF attributes.
+    """
+
+    name: str
+    dims: tuple[str, ...]
+    dtype: Literal["float32", "float64", "int8", "int64", "string"]
+    units: str
+    long_name: str
+    fill: float | int | str = float("nan")
+    attributes: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def narrowable(self) -> bool:
+        """Whether ``output.fields`` may leave it out: every field over the cells may be."""
+        return "x" in self.dims and "run" in self.dims
+
+    @property
+    def cf_attributes(self) -> dict[str, Any]:
+        """Attributes as they are written, units included."""
+        units = {"units": self.units} if self.units else {}
+        return {"long_name": self.long_name, **units, **self.attributes}
+
+
+def _scalar(name: str, units: str, long_name: str) -> Variable:
+    return Variable(name, RUN, "float64", units, long_name)
+
+
+STATUS = Variable(
+    "status",
+    RUN,
+    "int8",
+    "",
+    "what became of the run",
+    int(Status.PENDING),
+    {"flag_values": [int(s) for s in Status], "flag_meanings": " ".join(s.words for s in Status)},
+)
+
+FIELDS = (
+    Variable("depth", FRAME, "float32", "m", "flow depth normal to the bed"),
+    Variable("velocity_x", FRAME, "float32", "m s-1", "velocity along the bed, positive downslope"),
+    Variable("velocity_y", FRAME, "float32", "m s-1", "velocity across the bed"),
+    Variable("max_depth", CELL, "float32", "m", "largest depth over all time steps"),
+    Variable("max_speed", CELL, "float32", "m s-1", "largest speed over all time steps"),
+    Variable(
+        "max_momentum_flux",
+        CELL,
+        "float32",
+        "m3 s-2",
+        "largest momentum flux, depth times speed squared, over all time steps",
+    ),
+    Variable("arrival_time", CELL, "float32", "s", "time at which the flow first arrives"),
+    Variable("deposit_depth", CELL, "float32", "m", "depth of the last state computed"),
+)
+
+SUMMARIES = (
+    _scalar("front_x", "m", "arc length of the deposit's lowest cell"),
+    _scalar("tail_x", "m", "arc length of the deposit's uppermost cell"),
+    _scalar("deposit_length", "m", "extent of the deposit along the bed"),
+    _scalar("deposit_width", "m", "extent of the deposit across the bed"),
+    _scalar("deposit_area", "m2", "area of the cells of the deposit"),
+    _scalar("deposit_volume", "m3", "volume in the cells of the deposit"),
+    _scalar("deposit_max_depth", "m", "largest depth of the deposit"),
+    _scalar("deposit_centroid_x", "m", "arc length of the deposit's centre of volume"),
+    _scalar("runout_distance", "m", "horizontal distance from the crown of the release to the deposit's toe"),
+    _scalar("drop_height", "m", "height of the crown of the release above the deposit's toe"),
+    _scalar("reach_angle", "degree", "arctangent of drop height over runout distance"),
+    _scalar("peak_depth", "m", "largest depth anywhere, over all time steps"),
+    _scalar("peak_speed", "m s-1", "largest speed anywhere, over all time steps"),
+)
+
+VOLUMES = (
+    _scalar("volume_asked", "m3", "volume of the release as asked for"),
+    _scalar("volume_released", "m3", "volume of the release on the points"),
+    _scalar("volume_in", "m3", "volume that came in through the boundaries"),
+    _scalar("volume_out", "m3", "volume that left through the boundaries"),
+    _scalar("volume_error", "1", "error of the volume ledger relative to the volume released and come in"),
+)
+
+COSTS = (
+    Variable("steps", RUN, "int64", "1", "time steps taken; -1 where not computed", -1, {"_FillValue": -1}),
+    _scalar("rest_time", "s", "time at which everything was at rest; missing while still moving"),
+    _scalar("wall_time", "s", "elapsed time of the time loop with its maxima"),
+    _scalar("cpu_time", "s", "processor time of the time loop with its maxima"),
+)
+
+FAILURES = (
+    Variable("failure_reason", RUN, "string", "", "why the run failed; empty where it did not", ""),
+    _scalar("failure_time", "s", "model time of the failure"),
+    _scalar("failure_x", "m", "arc length of the failure's place"),
+    _scalar("failure_y", "m", "position of the failure's place across the bed"),
+)
+
+DIGEST = Variable("digest", RUN, "string", "", "SHA-256 of the run's values, times of computing excepted", "")
+
+TIMINGS = frozenset({"wall_time", "cpu_time"})
+
+PER_RUN = (*VOLUMES, *SUMMARIES, *COSTS, *FAILURES)
+
+COORDINATES = (
+    Variable("time", ("time",), "float64", "s", "time since release", attributes={"axis": "T"}),
+    Variable("y", ("y",), "float64", "m", "position across the bed", attributes={"axis": "Y"}),
+    Variable("x", ("x",), "float64", "m", "arc length along the bed", attributes={"axis": "X"}),
+    Variable("elevation", ("x",), "float64", "m", "elevation of the bed", attributes={"positive": "up"}),
+    Variable("horizontal_distance", ("x",), "float64", "m", "horizontal distance along the profile"),
+)
+
+
+def kept(fields: list[str] | None = None) -> tuple[Variable, ...]:
+    """Variables on ``run`` in the order they are written; ``fields`` narrows those over the cells.
+
+    ``digest`` and then ``status`` come last.
+
+    Raises
+    ------
+    ValueError
+        If ``fields`` names something that is not a field.
+    """
+    names = {v.name for v in FIELDS}
+    if fields is not None and (unknown := sorted(set(fields) - names)):
+        raise ValueError(f"not a field: {', '.join(unknown)}; there are {', '.join(sorted(names))}")
+    chosen = tuple(v for v in FIELDS if fields is None or v.name in fields)
+    return (*chosen, *PER_RUN, DIGEST, STATUS)
+
+
+def markdown() -> str:
+    """Give the table of variables as it stands in ``docs/store.md``."""
+    rows = [
+        f"| `{v.name}` | {', '.join(v.dims)} | {v.dtype} | {v.units or '-'} | {v.long_name} |"
+        for v in (*COORDINATES, *kept())
+    ]
+    return "\n".join(["| name | dimensions | type | units | what |", "|---|---|---|---|---|", *rows])
+
+
+if __name__ == "__main__":
+    print(markdown())

@@ -1,0 +1,202 @@
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import zarr
+
+from pipeline import store
+from pipeline.store import Template
+from pipeline.variables import COORDINATES, STATUS, TIMINGS, Status, Variable, kept
+
+NX, NY, NT = 5, 4, 3
+RUN = Variable("run", ("run",), "int64", "1", "position in the sweep", -1)
+
+
+def template(runs: int = 5, group: int = 1, **sizes: int) -> Template:
+    lengths = {"run": runs, "time": NT, "y": NY, "x": NX} | sizes
+    return Template(
+        variables=kept(),
+        coordinates=(
+            *((v, np.arange(lengths[v.dims[0]], dtype=float)) for v in COORDINATES),
+            (RUN, np.arange(runs)),
+        ),
+        sizes=lengths,
+        group=group,
+        attributes={"title": "trial"},
+    )
+
+
+def row(run: int) -> dict[str, object]:
+    return {
+        "depth": np.full((NT, NY, NX), run + 0.5),
+        "max_depth": np.full((NY, NX), run + 1.0),
+        "steps": 10 + run,
+        "volume_out": 0.25,
+        "wall_time": np.random.default_rng().random(),
+    }
+
+
+def files(path: Path) -> dict[str, bytes]:
+    return {str(p.relative_to(path)): p.read_bytes() for p in sorted(path.rglob("*")) if p.is_file()}
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    return tmp_path / "trial.zarr"
+
+
+def test_a_run_never_written_is_pending_and_nan_not_dry(path):
+    store.create(path, template())
+    with store.open_store(path) as opened:
+        assert opened["status"].dtype == np.int8
+        assert (opened["status"] == Status.PENDING).all()
+        for name, variable in opened.data_vars.items():
+            if variable.dtype.kind == "f":
+                assert variable.isnull().all(), name
+        assert (opened["failure_reason"] == "").all()
+
+
+def test_every_variable_has_its_metadata_in_the_store(path):
+    store.create(path, template())
+    with store.open_store(path) as opened:
+        for variable in (*COORDINATES, *kept()):
+            assert opened[variable.name].dims == variable.dims
+            assert opened[variable.name].attrs["long_name"] == variable.long_name
+            assert opened[variable.name].attrs.get("units", "") == variable.units
+
+
+def test_written_runs_read_back_and_the_others_stay_pending(path):
+    store.create(path, template())
+    store.write(path, kept(), {2: row(2)}, {2: Status.DONE})
+    assert store.statuses(path).tolist() == [0, 0, 1, 0, 0]
+    with store.open_store(path) as opened:
+        assert (opened["depth"][2] == 2.5).all()
+        assert opened["depth"].dtype == np.float32
+        assert opened["steps"][2] == 12
+        assert opened["velocity_x"][2].isnull().all()
+        assert opened["depth"][[0, 1, 3, 4]].isnull().all()
+        assert len(opened["digest"][2].item()) == 64
+
+
+def test_status_is_written_last(path, monkeypatch):
+    store.create(path, template(group=2))
+    written = []
+    put = store._put
+    monkeypatch.setattr(
+        store, "_put", lambda array, *rest: (written.append(array.basename), put(array, *rest))
+    )
+    store.write(path, kept(), {2: row(2), 3: row(3)}, {2: Status.DONE, 3: Status.DONE})
+    assert written == [v.name for v in kept()]
+    assert written[-2:] == ["digest", "status"]
+
+
+def test_a_write_that_breaks_off_leaves_the_group_pending(path, monkeypatch):
+    store.create(path, template(group=2))
+    put = store._put
+
+    def refuse(array, *rest):
+        if array.basename == "volume_in":
+            raise OSError(28, "No space left on device")
+        put(array, *rest)
+
+    monkeypatch.setattr(store, "_put", refuse)
+    with pytest.raises(OSError, match="No space"):
+        store.write(path, kept(), {0: row(0), 1: row(1)}, {0: Status.DONE, 1: Status.DONE})
+    assert (store.statuses(path) == Status.PENDING).all()
+
+
+def test_a_group_owns_its_chunks_of_every_variable(path):
+    store.create(path, template(runs=5, group=2))
+    root = zarr.open_group(path, mode="r")
+    for variable in kept():
+        array = root[variable.name]
+        assert (array.shards or array.chunks)[0] == 2
+    before = files(path)
+    store.write(path, kept(), {2: row(2), 3: row(3)}, {2: Status.DONE, 3: Status.DONE})
+    new = set(files(path)) - set(before)
+    assert new <= {f"{v.name}/c/1{'/0' * (len(v.dims) - 1)}" for v in kept()}
+    assert {"depth/c/1/0/0/0", "steps/c/1", "digest/c/1", "status/c/1"} <= new
+
+
+def test_runs_of_two_groups_are_never_written_together(path):
+    store.create(path, template(group=2))
+    with pytest.raises(ValueError, match="not of one group"):
+        store.write(path, kept(), {1: row(1), 2: row(2)}, {1: Status.DONE, 2: Status.DONE})
+    assert (store.statuses(path) == Status.PENDING).all()
+
+
+def test_a_template_whose_groups_could_share_a_chunk_is_refused():
+    class Shared(Template):
+        def chunk(self, variable):
+            return (3, *super().chunk(variable)[1:]) if variable is STATUS else super().chunk(variable)
+
+    good = template(group=2)
+    with pytest.raises(AssertionError, match="owns its chunks of status"):
+        Shared(good.variables, good.coordinates, good.sizes, good.group, good.attributes)
+    with pytest.raises(AssertionError, match="status is written last"):
+        replace(good, variables=good.variables[::-1])
+
+
+def test_part_of_a_group_is_redone_without_touching_the_rest(path):
+    store.create(path, template(group=3))
+    outcome = {0: Status.DONE, 1: Status.FAILED, 2: Status.OVERRUN}
+    store.write(path, kept(), {0: row(0), 1: {"failure_reason": "went wrong: é"}, 2: row(2)}, outcome)
+    store.write(path, kept(), {1: row(1)}, {1: Status.DONE})
+    assert store.statuses(path).tolist() == [1, 1, 3, 0, 0]
+    with store.open_store(path) as opened:
+        assert opened["depth"][:3, 0, 0, 0].to_numpy().tolist() == [0.5, 1.5, 2.5]
+        assert opened["failure_reason"][1] == ""
+
+
+def test_a_store_written_twice_is_the_same_but_for_its_timings(path, tmp_path):
+    other = tmp_path / "other.zarr"
+    for each, order in ((path, (0, 1, 2)), (other, (2, 0, 1))):
+        store.create(each, template(runs=3))
+        for run in order:
+            store.write(each, kept(), {run: row(run)}, {run: Status.DONE})
+    one, two = files(path), files(other)
+    assert one.keys() == two.keys()
+    assert {name.split("/")[0] for name in one if one[name] != two[name]} == {"wall_time"} <= TIMINGS
+
+
+def test_runs_too_large_for_a_chunk_are_sharded_by_run(path):
+    large = template(runs=2, time=11, y=700, x=700)
+    depth = large.variables[0]
+    assert large.chunk(depth) == (1, 8, 700, 700)
+    assert large.shard(depth) == (1, 16, 700, 700)
+    store.create(path, large)
+    values = np.zeros((11, 700, 700))
+    values[10] = 2
+    store.write(path, kept(), {1: {"depth": values}}, {1: Status.DONE})
+    assert (path / "depth/c/1/0/0/0").exists()
+    with store.open_store(path) as opened:
+        assert opened["depth"].shape == (2, 11, 700, 700)
+        assert opened["depth"][1, 10].mean() == 2
+
+
+@pytest.mark.parametrize(
+    ("runs", "seconds", "nbytes", "expected"),
+    [(10_000, 0.1, 10_000, 20), (10_000, 3.0, 10_000, 1), (10, 0.1, 10_000, 1), (10_000, 0.1, 5_000_000, 4)],
+)
+def test_short_runs_share_a_task_if_they_are_many_and_fit_a_chunk(runs, seconds, nbytes, expected):
+    assert store.group_size(runs, seconds, nbytes) == expected
+
+
+def test_replacing_a_store_leaves_nothing_of_the_old_one(path):
+    store.create(path, template())
+    store.write(path, kept(), {0: row(0)}, {0: Status.DONE})
+    store.create(path, template(runs=2))
+    assert store.statuses(path).tolist() == [0, 0]
+    assert [p.name for p in path.parent.iterdir()] == ["trial.zarr"]
+
+
+def test_leftovers_of_killed_writers_are_swept(path):
+    store.create(path, template())
+    before = files(path)
+    (path / "depth" / "abc.partial").write_bytes(b"torn")
+    (path.parent / ".trial.zarr.xyz.partial").mkdir()
+    (path.parent / ".trial.zarr.xyz.partial" / "zarr.json").write_text("{}")
+    assert store.sweep_partials(path.parent) == 2
+    assert files(path) == before
+    assert [p.name for p in path.parent.iterdir()] == ["trial.zarr"]
