@@ -10,7 +10,7 @@ from pathlib import Path
 from dask.system import CPU_COUNT
 from rich.console import Console
 
-from pipeline import store, table
+from pipeline import layout, store, table
 from pipeline.batch import Ending, execute, jobs, workers
 from pipeline.place import store_path, summary_path
 from pipeline.progress import shown
@@ -85,7 +85,7 @@ def complete(
     for scenario in scenarios:
         path, runs = store_path(out, scenario.name), expand(scenario)
         if scenario.name in replaced or not path.exists():
-            store.create(path, template(scenario, runs))
+            layout.create(path, template(scenario, runs))
         todo += jobs(scenario, path, runs, retry_failed)
     ending = _execute(todo, console, count, solve)
     try:

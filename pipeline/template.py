@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pipeline.layout import Template, group_size, run_bytes
 from pipeline.runs import Prepared, Run, build_scene
-from pipeline.store import Template, group_size, run_bytes
 from pipeline.variables import COORDINATES, Variable, kept
 
 if TYPE_CHECKING:

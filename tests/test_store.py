@@ -6,7 +6,7 @@ import pytest
 import zarr
 
 from pipeline import store
-from pipeline.store import Template
+from pipeline.layout import Template, create, group_size
 from pipeline.variables import COORDINATES, STATUS, TIMINGS, Status, Variable, kept
 
 NX, NY, NT = 5, 4, 3
@@ -47,7 +47,7 @@ def path(tmp_path: Path) -> Path:
 
 
 def test_a_run_never_written_is_pending_and_nan_not_dry(path):
-    store.create(path, template())
+    create(path, template())
     with store.open_store(path) as opened:
         assert opened["status"].dtype == np.int8
         assert (opened["status"] == Status.PENDING).all()
@@ -58,7 +58,7 @@ def test_a_run_never_written_is_pending_and_nan_not_dry(path):
 
 
 def test_every_variable_has_its_metadata_in_the_store(path):
-    store.create(path, template())
+    create(path, template())
     with store.open_store(path) as opened:
         for variable in (*COORDINATES, *kept()):
             assert opened[variable.name].dims == variable.dims
@@ -67,7 +67,7 @@ def test_every_variable_has_its_metadata_in_the_store(path):
 
 
 def test_written_runs_read_back_and_the_others_stay_pending(path):
-    store.create(path, template())
+    create(path, template())
     store.write(path, kept(), {2: row(2)}, {2: Status.DONE})
     assert store.statuses(path).tolist() == [0, 0, 1, 0, 0]
     with store.open_store(path) as opened:
@@ -80,7 +80,7 @@ def test_written_runs_read_back_and_the_others_stay_pending(path):
 
 
 def test_status_is_written_last(path, monkeypatch):
-    store.create(path, template(group=2))
+    create(path, template(group=2))
     written = []
     put = store._put
     monkeypatch.setattr(
@@ -92,7 +92,7 @@ def test_status_is_written_last(path, monkeypatch):
 
 
 def test_a_write_that_breaks_off_leaves_the_group_pending(path, monkeypatch):
-    store.create(path, template(group=2))
+    create(path, template(group=2))
     put = store._put
 
     def refuse(array, *rest):
@@ -107,7 +107,7 @@ def test_a_write_that_breaks_off_leaves_the_group_pending(path, monkeypatch):
 
 
 def test_a_group_owns_its_chunks_of_every_variable(path):
-    store.create(path, template(runs=5, group=2))
+    create(path, template(runs=5, group=2))
     root = zarr.open_group(path, mode="r")
     for variable in kept():
         array = root[variable.name]
@@ -120,7 +120,7 @@ def test_a_group_owns_its_chunks_of_every_variable(path):
 
 
 def test_runs_of_two_groups_are_never_written_together(path):
-    store.create(path, template(group=2))
+    create(path, template(group=2))
     with pytest.raises(ValueError, match="not of one group"):
         store.write(path, kept(), {1: row(1), 2: row(2)}, {1: Status.DONE, 2: Status.DONE})
     assert (store.statuses(path) == Status.PENDING).all()
@@ -139,7 +139,7 @@ def test_a_template_whose_groups_could_share_a_chunk_is_refused():
 
 
 def test_part_of_a_group_is_redone_without_touching_the_rest(path):
-    store.create(path, template(group=3))
+    create(path, template(group=3))
     outcome = {0: Status.DONE, 1: Status.FAILED, 2: Status.OVERRUN}
     store.write(path, kept(), {0: row(0), 1: {"failure_reason": "went wrong: é"}, 2: row(2)}, outcome)
     store.write(path, kept(), {1: row(1)}, {1: Status.DONE})
@@ -152,7 +152,7 @@ def test_part_of_a_group_is_redone_without_touching_the_rest(path):
 def test_a_store_written_twice_is_the_same_but_for_its_timings(path, tmp_path):
     other = tmp_path / "other.zarr"
     for each, order in ((path, (0, 1, 2)), (other, (2, 0, 1))):
-        store.create(each, template(runs=3))
+        create(each, template(runs=3))
         for run in order:
             store.write(each, kept(), {run: row(run)}, {run: Status.DONE})
     one, two = files(path), files(other)
@@ -165,7 +165,7 @@ def test_runs_too_large_for_a_chunk_are_sharded_by_run(path):
     depth = large.variables[0]
     assert large.chunk(depth) == (1, 8, 700, 700)
     assert large.shard(depth) == (1, 16, 700, 700)
-    store.create(path, large)
+    create(path, large)
     values = np.zeros((11, 700, 700))
     values[10] = 2
     store.write(path, kept(), {1: {"depth": values}}, {1: Status.DONE})
@@ -180,19 +180,19 @@ def test_runs_too_large_for_a_chunk_are_sharded_by_run(path):
     [(10_000, 0.1, 10_000, 20), (10_000, 3.0, 10_000, 1), (10, 0.1, 10_000, 1), (10_000, 0.1, 5_000_000, 4)],
 )
 def test_short_runs_share_a_task_if_they_are_many_and_fit_a_chunk(runs, seconds, nbytes, expected):
-    assert store.group_size(runs, seconds, nbytes) == expected
+    assert group_size(runs, seconds, nbytes) == expected
 
 
 def test_replacing_a_store_leaves_nothing_of_the_old_one(path):
-    store.create(path, template())
+    create(path, template())
     store.write(path, kept(), {0: row(0)}, {0: Status.DONE})
-    store.create(path, template(runs=2))
+    create(path, template(runs=2))
     assert store.statuses(path).tolist() == [0, 0]
     assert [p.name for p in path.parent.iterdir()] == ["trial.zarr"]
 
 
 def test_leftovers_of_killed_writers_are_swept(path):
-    store.create(path, template())
+    create(path, template())
     before = files(path)
     (path / "depth" / "abc.partial").write_bytes(b"torn")
     (path.parent / ".trial.zarr.xyz.partial").mkdir()

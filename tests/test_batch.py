@@ -1,0 +1,192 @@
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections import Counter
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rich.console import Console
+from stub_solvers import FAILS, KILLS, OVERRUNS, RAISES, breaking, by_friction, slow
+
+from pipeline import store
+from pipeline.catalogue import ChangedError, complete
+from pipeline.place import held
+from pipeline.scenario import load
+from pipeline.variables import Status
+
+
+@pytest.fixture
+def log(tmp_path: Path) -> Path:
+    return tmp_path / "log"
+
+
+@pytest.fixture
+def out(tmp_path: Path) -> Path:
+    return tmp_path / "results"
+
+
+def run(out: Path, *files: Path, solve, **options):
+    with held(out):
+        return complete(load(files), out, Console(quiet=True), solve=solve, **options)
+
+
+def computed(log: Path) -> Counter[float]:
+    return Counter(float(line) for line in log.read_text().split())
+
+
+@pytest.mark.usefixtures("shared_workers")
+class TestABatch:
+    def test_does_every_run_once_and_nothing_the_second_time(self, scenario_file, out, log):
+        file = scenario_file(20, 21, 22, 23, 24)
+        outcome = run(out, file, solve=partial(by_friction, log=log))
+        assert outcome.exit_code == 0
+        assert outcome.statuses == {Status.DONE: 5}
+        assert run(out, file, solve=partial(by_friction, log=log)).exit_code == 0
+        assert computed(log) == dict.fromkeys([20, 21, 22, 23, 24], 1)
+        with store.open_store(out / "box.zarr") as opened:
+            assert opened["bed_friction"].to_numpy().tolist() == [20, 21, 22, 23, 24]
+            assert opened["bed_friction"].attrs["units"] == "degrees"
+            assert opened["volume_released"].to_numpy() == pytest.approx(np.full(5, 2.0), rel=0.2)
+
+    def test_records_failures_and_overruns_and_goes_on(self, scenario_file, out, log):
+        outcome = run(out, scenario_file(RAISES, 20, FAILS, OVERRUNS), solve=partial(by_friction, log=log))
+        assert outcome.exit_code == 1
+        assert outcome.statuses == {Status.FAILED: 2, Status.DONE: 1, Status.OVERRUN: 1}
+        with store.open_store(out / "box.zarr") as opened:
+            assert opened["status"].to_numpy().tolist() == [2, 1, 2, 3]
+            reasons = opened["failure_reason"].to_numpy().tolist()
+            assert reasons == ["ValueError: this run raises", "", "not finite", ""]
+            assert opened["failure_x"][2] == 1.0
+            assert np.isnan(opened["depth"][0]).all()
+            assert not np.isnan(opened["depth"][2]).any()
+            assert np.isnan(opened["front_x"].to_numpy()).tolist() == [True, False, True, False]
+            assert opened["volume_out"][3] == 0.125
+
+    def test_retries_failed_runs_only_when_asked(self, scenario_file, out, log):
+        file = scenario_file(RAISES, 20)
+        for retry in (False, False, True):
+            assert run(out, file, solve=partial(by_friction, log=log), retry_failed=retry).exit_code == 1
+        assert computed(log) == {RAISES: 2, 20: 1}
+
+    def test_condemns_only_the_run_that_kills_its_worker(self, scenario_file, out, log):
+        angles = [20, 21, KILLS, 22, 23, 24]
+        outcome = run(out, scenario_file(*angles), solve=partial(by_friction, log=log))
+        assert outcome.exit_code == 1
+        with store.open_store(out / "box.zarr") as opened:
+            assert opened["status"].to_numpy().tolist() == [1, 1, 2, 1, 1, 1]
+            assert "worker process died" in opened["failure_reason"][2].item()
+        assert {angle: n for angle, n in computed(log).items() if angle != KILLS} == dict.fromkeys(
+            [20, 21, 22, 23, 24], 1
+        )
+
+    def test_finds_the_guilty_run_of_a_group(self, scenario_file, out, log, monkeypatch):
+        monkeypatch.setattr("pipeline.template.group_size", lambda *_: 3)
+        outcome = run(out, scenario_file(20, KILLS, 21, 22), solve=partial(by_friction, log=log))
+        assert outcome.statuses == {Status.DONE: 3, Status.FAILED: 1}
+        assert store.statuses(out / "box.zarr").tolist() == [1, 2, 1, 1]
+
+    def test_resumes_what_is_pending_from_the_status_alone(self, scenario_file, out, log):
+        file = scenario_file(20, 21, 22)
+        run(out, file, solve=partial(by_friction, log=log))
+        before = {p: p.read_bytes() for p in (out / "box.zarr").rglob("*") if p.is_file()}
+        (out / "box.zarr" / "status" / "c" / "1").unlink()
+        assert run(out, file, solve=partial(by_friction, log=log)).exit_code == 0
+        assert computed(log) == {20: 1, 21: 2, 22: 1}
+        assert {p: p.read_bytes() for p in (out / "box.zarr").rglob("*") if p.is_file()} == before
+
+    def test_leaves_runs_pending_where_the_store_refuses(self, scenario_file, out):
+        outcome = run(out, scenario_file(20, 21), solve=partial(breaking, store=out / "box.zarr"))
+        assert outcome.exit_code == 3
+        assert outcome.statuses == {Status.PENDING: 2}
+        assert "box.zarr" in outcome.ending.trouble
+
+    def test_refuses_a_store_made_from_a_changed_scenario(self, scenario_file, out, log):
+        solve = partial(by_friction, log=log)
+        run(out, scenario_file(), solve=solve)
+        changed = scenario_file(replace=("bed_friction: 25", "bed_friction: 26"))
+        with pytest.raises(ChangedError, match=r"material\.bed_friction.*25.*26"):
+            run(out, changed, solve=solve)
+        assert run(out, changed, solve=solve, overwrite=True).exit_code == 0
+        assert computed(log) == {25: 1, 26: 1}
+
+    def test_keeps_the_stores_of_unchanged_scenarios_when_overwriting(self, scenario_file, out, log):
+        solve = partial(by_friction, log=log)
+        same, other = scenario_file(20, name="same"), scenario_file(21, name="other")
+        run(out, same, other, solve=solve)
+        run(out, same, scenario_file(22, name="other"), solve=solve, overwrite=True)
+        assert computed(log) == {20: 1, 21: 1, 22: 1}
+
+    def test_finishes_what_runs_when_interrupted(self, scenario_file, out, log):
+        file = scenario_file(*range(20, 30))
+
+        def interrupting(outcome):
+            os.kill(os.getpid(), signal.SIGINT)
+
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr("pipeline.progress.Progress.report", lambda self, o: _once(log, interrupting, o))
+            outcome = run(out, file, solve=partial(slow, log=log, seconds=0.2))
+        assert outcome.exit_code == 130
+        assert outcome.statuses[Status.DONE] == sum(computed(log).values()) < 10
+        assert run(out, file, solve=partial(by_friction, log=log)).exit_code == 0
+        assert computed(log) == dict.fromkeys(range(20, 30), 1)
+
+
+def _once(log: Path, action, *args) -> None:
+    flag = log.with_suffix(".interrupted")
+    if not flag.exists():
+        flag.touch()
+        action(*args)
+
+
+DRIVER = """
+import sys
+from functools import partial
+from pathlib import Path
+from rich.console import Console
+from stub_solvers import slow
+from pipeline.catalogue import complete
+from pipeline.place import held
+from pipeline.scenario import load
+
+if __name__ == "__main__":
+    file, out, log, seconds = sys.argv[1:]
+    with held(Path(out)):
+        solve = partial(slow, log=log, seconds=float(seconds))
+        outcome = complete(load([file]), Path(out), Console(), count=2, solve=solve)
+    sys.exit(outcome.exit_code)
+"""
+
+
+def test_two_interrupts_of_the_process_group_stop_at_once(scenario_file, out, log, tmp_path):
+    driver = tmp_path / "driver.py"
+    driver.write_text(DRIVER)
+    process = subprocess.Popen(
+        [sys.executable, driver, scenario_file(20, 21, 22, 23, 24, 25), out, log, "2"],
+        env=os.environ | {"PYTHONPATH": os.pathsep.join([str(Path(__file__).parent), str(Path.cwd())])},
+        start_new_session=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
+    _until(lambda: log.exists() and len(log.read_text().split()) >= 2)
+    os.killpg(process.pid, signal.SIGINT)
+    time.sleep(0.5)
+    began = time.monotonic()
+    os.killpg(process.pid, signal.SIGINT)
+    shown, _ = process.communicate(timeout=30)
+    assert process.returncode == 130, shown
+    assert time.monotonic() - began < 5
+    assert "interrupt again to stop at once" in shown
+    assert "Traceback" not in shown
+    assert Counter(store.statuses(out / "box.zarr").tolist()) == {Status.PENDING: 6}
+
+
+def _until(condition, seconds: float = 30) -> None:
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end, "waited in vain"
+        time.sleep(0.05)
