@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import numpy as np
 import xarray as xr
 from matplotlib import colormaps
 from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
 from matplotlib.colors import BoundaryNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
@@ -49,25 +51,29 @@ def depth_panels(store: xr.Dataset, run: int, path: Path) -> None:
     columns = _columns(depth.sizes["time"], shape)
     rows = math.ceil(depth.sizes["time"] / columns)
     height = float(np.clip(PANEL_WIDTH * shape, 0.7, 9.0))
-    figure = Figure(figsize=(PANEL_WIDTH * columns + 0.9, (height + 0.35) * rows + 0.9), layout="constrained")
+    figure = Figure(
+        figsize=(PANEL_WIDTH * columns + 1.1, (height + 0.3) * rows + 0.9), layout="compressed", dpi=150
+    )
     axes = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
     levels = MaxNLocator(LEVELS, min_n_ticks=5).tick_values(0, max(float(depth.max()), 1e-6))
+    filled = [levels[1] / 20, *levels[1:]]
     norm = BoundaryNorm(levels, colormaps["viridis"].N)
-    threshold = levels[1] / 10
     for panel, frame in zip(axes.flat, depth, strict=False):
-        wet = frame.where(frame > threshold).to_numpy()
-        mesh = panel.pcolormesh(x, y, wet, cmap="viridis", norm=norm, shading="nearest", rasterized=True)
-        panel.contour(x, y, frame.to_numpy(), levels=levels[1:-1], colors="k", linewidths=0.3)
+        values = frame.to_numpy()
+        panel.contourf(x, y, values, levels=filled, cmap="viridis", norm=norm)
+        panel.contour(x, y, values, levels=filled, colors="k", linewidths=0.3)
+        for bound in _bend(store, run):
+            panel.axvline(bound, color="0.6", linestyle=(0, (4, 3)), linewidth=0.7, zorder=0)
         _label(panel, float(frame["time"]))
     for panel in list(axes.flat)[depth.sizes["time"] :]:
         panel.set_visible(False)
-    figure.colorbar(
-        mesh, ax=axes, label="depth (m)", shrink=min(1.0, 3.5 / (height * rows)) if rows > 1 else 1.0
-    )
-    figure.supxlabel("arc length along the bed (m)", fontsize="medium")
-    figure.supylabel("across the bed (m)", fontsize="medium")
+    figure.colorbar(ScalarMappable(norm, "viridis"), ax=axes, label="depth (m)", aspect=30, pad=0.02)
+    for panel in axes[-1]:
+        panel.set_xlabel("along the bed (m)")
+    for panel in axes[:, 0]:
+        panel.set_ylabel("across (m)")
     figure.suptitle(_title(store, run))
-    figure.savefig(path, dpi=150)
+    figure.savefig(path, bbox_inches="tight")
 
 
 def _columns(frames: int, shape: float) -> int:
@@ -78,7 +84,17 @@ def _columns(frames: int, shape: float) -> int:
 
 def _label(panel: Axes, time: float) -> None:
     panel.set_aspect("equal")
+    panel.yaxis.set_major_locator(MaxNLocator(5, integer=True))
     panel.set_title(f"t = {time:g} s", fontsize="medium", loc="left", pad=3)
+
+
+def _bend(store: xr.Dataset, run: int) -> list[float]:
+    """Where the bend of the bed begins and ends, m; empty for other profiles."""
+    terrain = json.loads(store.attrs["scenario_content"]).get("terrain", {})
+    if terrain.get("profile") != "bend":
+        return []
+    swept = {c.attrs.get("key"): float(c[run]) for c in store.coords.values() if c.dims == ("run",)}
+    return [swept.get(f"terrain.{end}", terrain[end]) for end in ("start", "end")]
 
 
 def _title(store: xr.Dataset, run: int) -> str:
