@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from math import isinf, isnan
+from typing import Any
 
 
 @dataclass(frozen=True, order=True)
@@ -30,3 +32,24 @@ class BadInput(Exception):  # noqa: N818 - it names what was given, not what bro
     def __init__(self, mistakes: Iterable[Mistake]) -> None:
         self.mistakes: tuple[Mistake, ...] = tuple(sorted(set(mistakes)))
         super().__init__("\n".join(str(mistake) for mistake in self.mistakes))
+
+
+def describe(value: Any) -> str:
+    """Say what was found, as one would write it in YAML."""
+    match value:
+        case None:
+            return "nothing"
+        case bool():
+            return str(value).lower()
+        case str():
+            return f"'{value}'"
+        case float() if isnan(value):
+            return ".nan"
+        case float() if isinf(value):
+            return ".inf" if value > 0 else "-.inf"
+        case int() | float():
+            return f"{value:.15g}"
+        case dict():
+            return "a mapping"
+        case _:
+            return "a list"

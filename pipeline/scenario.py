@@ -1,17 +1,19 @@
-"""Scenarios: what a YAML file says, checked, with the text it was read from."""
+"""Scenarios: what YAML files say, checked, with the text they were read from."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+import hashlib
+import json
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
-from pipeline.mistakes import BadInput, Mistake
+from pipeline import scenario_checks
+from pipeline.elevation_table import ElevationTable
+from pipeline.mistakes import BadInput, Mistake, describe
 from pipeline.settings import Settings, json_schema
-
-if TYPE_CHECKING:
-    from pipeline.elevation_table import ElevationTable
+from pipeline.strict_yaml import parse
 
 __all__ = ["BadInput", "Mistake", "Scenario", "Settings", "differences", "json_schema", "load"]
 
@@ -50,9 +52,67 @@ def load(paths: Iterable[str | Path]) -> list[Scenario]:
     BadInput
         With every mistake of every file, if there is one.
     """
-    raise NotImplementedError
+    mistakes: list[Mistake] = []
+    scenarios: list[Scenario] = []
+    names: dict[str, str] = {}
+    for path in map(Path, paths):
+        text = _read(path, mistakes)
+        if text is None:
+            continue
+        document = parse(text, str(path))
+        name = document.data.get("name")
+        if isinstance(name, str) and name in names:
+            found = f"expected a name of its own, found '{name}' of {names[name]} again"
+            mistakes.append(document.mistake(("name",), found))
+        elif isinstance(name, str):
+            names[name] = str(path)
+        checked = scenario_checks.check_document(document, path.parent)
+        mistakes += [*document.mistakes, *checked.mistakes]
+        if checked.settings is not None:
+            content = _content(checked.settings, checked.tables)
+            digest = hashlib.sha256(content.encode()).hexdigest()
+            scenarios.append(Scenario(checked.settings, path, text, content, digest, checked.tables,
+                                      checked.warnings))
+    if mistakes:
+        raise BadInput(mistakes)
+    return scenarios
 
 
 def differences(before: str, after: str) -> list[str]:
-    """Say key by key how two scenarios' ``content`` differ: ``key: was 26, is 30``."""
-    raise NotImplementedError
+    """Say key by key how two scenarios' ``content`` differ: ``material.bed_friction: was 26, is 30``."""
+    old, new = dict(_leaves(json.loads(before))), dict(_leaves(json.loads(after)))
+    return [
+        f"{key}: was {describe(old.get(key))}, is {describe(new.get(key))}"
+        for key in {**old, **new}
+        if old.get(key) != new.get(key)
+    ]
+
+
+def _read(path: Path, mistakes: list[Mistake]) -> str | None:
+    """Read a text file, or note why it cannot be read."""
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except OSError as error:
+        mistakes.append(Mistake(str(path), 1, 1, "", f"expected a readable file, found {error.strerror}"))
+    except UnicodeDecodeError as error:
+        before = error.object[: error.start]
+        line, column = before.count(b"\n") + 1, error.start - before.rfind(b"\n")
+        found = f"expected UTF-8 text, found the byte 0x{error.object[error.start]:02x}"
+        mistakes.append(Mistake(str(path), line, column, "", found))
+    return None
+
+
+def _content(settings: Settings, tables: Mapping[str, ElevationTable]) -> str:
+    """Give the canonical JSON of settings and tables; keys stay in order, as that of the sweep matters."""
+    held = settings.model_dump(mode="json", exclude={"description"})
+    return json.dumps({**held, "tables": {name: table.digest for name, table in sorted(tables.items())}})
+
+
+def _leaves(value: Any, key: str = "") -> Iterator[tuple[str, Any]]:
+    """Go through the single values of nested JSON, each with its dotted key."""
+    if isinstance(value, dict | list) and value:
+        items = value.items() if isinstance(value, dict) else enumerate(value)
+        for name, inner in items:
+            yield from _leaves(inner, f"{key}.{name}" if key else str(name))
+    else:
+        yield key, value

@@ -1,0 +1,141 @@
+"""What a scenario file must be beyond its schema: releases inside the domain, tables and sweeps that hold."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import lru_cache
+from pathlib import Path as FilePath
+from typing import Any
+
+from pipeline import elevation_table, solver_objects
+from pipeline.elevation_table import ElevationTable
+from pipeline.mistakes import BadInput, Mistake
+from pipeline.release_settings import AnyRelease
+from pipeline.schema_errors import Problem, check
+from pipeline.settings import Settings
+from pipeline.strict_yaml import Document, Path
+from pipeline.sweep_checks import check_sweep
+from pipeline.terrain_settings import Table
+from solver.initial_state import lay
+from solver.lattice import Lattice
+
+
+@dataclass
+class Checked:
+    """What came of checking one file; ``settings`` is None where there is a mistake."""
+
+    settings: Settings | None = None
+    tables: dict[str, ElevationTable] = field(default_factory=dict)
+    mistakes: list[Mistake] = field(default_factory=list)
+    warnings: tuple[str, ...] = ()
+
+
+def check_document(document: Document, folder: FilePath) -> Checked:
+    """Check one file and every run of its sweep; tables are looked for relative to ``folder``."""
+    if document.mistakes and not document.data:
+        return Checked()
+    judge = _Judge(folder)
+    data = {name: value for name, value in document.data.items() if name != "sweep"}
+    problems = check(document.data)
+    settings = None if isinstance(problems, list) else problems
+    problems = problems if isinstance(problems, list) else judge.problems(problems)
+    judge.lost.clear()
+    problems += check_sweep(data, document.data.get("sweep", {}), problems, judge.check)
+    told = {(mistake.line, mistake.column) for mistake in document.mistakes}
+    mistakes = [document.mistake(p.path, p.message, at_key=p.at_key) for p in problems]
+    mistakes = [mistake for mistake in mistakes if (mistake.line, mistake.column) not in told]
+    mistakes += judge.mistakes
+    if mistakes:
+        return Checked(mistakes=mistakes)
+    warnings = (document.mistake(path, message) for path, message in judge.warnings())
+    return Checked(settings, judge.tables, [], tuple(map(str, warnings)))
+
+
+class _Judge:
+    """Judges settings that keep to the schema, and remembers what to warn of."""
+
+    def __init__(self, folder: FilePath) -> None:
+        self.folder = folder
+        self.tables: dict[str, ElevationTable] = {}
+        self.mistakes: list[Mistake] = []
+        self.lost: dict[Path, tuple[float, float]] = {}
+        self.short: dict[Path, float] = {}
+        self.unreadable: dict[str, str] = {}
+
+    def check(self, data: Mapping[str, Any]) -> list[Problem]:
+        """List all that is wrong with the data of one run."""
+        settings = check(data)
+        return settings if isinstance(settings, list) else self.problems(settings)
+
+    def problems(self, settings: Settings) -> list[Problem]:
+        """List what is wrong with settings that keep to the schema."""
+        problems = self._table(settings)
+        lattice = solver_objects.lattice(settings)
+        for i, release in enumerate(settings.releases):
+            path: Path = ("release", i) if isinstance(settings.release, tuple) else ("release",)
+            bare = release.model_copy(update={"volume": None, "velocity": (0.0, 0.0)})
+            whole, part = _lost(bare, lattice)
+            if part >= 1:
+                (x0, x1), (y0, y1) = settings.domain.x, settings.domain.y
+                found = (f"expected a release inside the domain, x [{x0:g}, {x1:g}] and y [{y0:g}, {y1:g}], "
+                         "found one wholly outside it")
+                problems.append(Problem(path, found, related=(path, ("domain",))))
+            elif part > 0:
+                volume = part * (whole if release.volume is None else release.volume)
+                self.lost[path] = max(self.lost.get(path, (0.0, 0.0)), (volume, part))
+        return problems
+
+    def warnings(self) -> list[tuple[Path, str]]:
+        """List what to warn of, each with its path."""
+        lost = [
+            (path, f"{volume:.3g} m3 ({100 * part:.2g} %) lie outside the domain and are lost")
+            for path, (volume, part) in self.lost.items()
+        ]
+        short = [
+            (path, f"the table covers x from 0 to {length:.6g} m; beyond, its end slopes go on")
+            for path, length in self.short.items()
+        ]
+        return lost + short
+
+    def _table(self, settings: Settings) -> list[Problem]:
+        """Read the table of a ``table`` profile, once, and list what is wrong with it."""
+        terrain = settings.terrain
+        if not isinstance(terrain, Table):
+            return []
+        name, path = terrain.file, ("terrain", "file")
+        if name not in self.tables and name not in self.unreadable:
+            try:
+                self.tables[name] = elevation_table.read(self.folder / name)
+            except OSError as error:
+                self.unreadable[name] = f"{error.strerror}: {self.folder / name}"
+            except BadInput as error:
+                self.mistakes += error.mistakes
+                self.unreadable[name] = ""
+        if self.unreadable.get(name):
+            return [Problem(path, f"expected a readable file, found {self.unreadable[name]}")]
+        if name in self.tables:
+            length = _length(terrain, self.tables[name])
+            if settings.domain.x[0] < 0 or settings.domain.x[1] > length:
+                self.short[path] = length
+        return []
+
+
+@lru_cache(maxsize=1024)
+def _lost(release: AnyRelease, lattice: Lattice) -> tuple[float, float]:
+    """Volume of a release, m3, and the part of it outside the domain, 1 where nothing is inside."""
+    shape = solver_objects.shape(release)
+    outside = shape.volume_outside(lattice)
+    if outside == 0:
+        return shape.shape_volume, 0.0
+    try:
+        return shape.shape_volume, outside / (lay([shape], lattice).volume + outside)
+    except ValueError:
+        return shape.shape_volume, 1.0
+
+
+@lru_cache(maxsize=1024)
+def _length(terrain: Table, table: ElevationTable) -> float:
+    """Arc length that a table covers, m."""
+    slope = solver_objects.slope(terrain, table)
+    return float(getattr(slope, "length", float("inf")))

@@ -1,0 +1,101 @@
+"""What a sweep must be: lists over keys that exist, and every combination of them a scenario that holds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from math import prod
+from typing import Any
+
+from pipeline import schema_errors
+from pipeline.mistakes import describe
+from pipeline.schema_errors import Problem
+from pipeline.strict_yaml import Path
+from pipeline.sweep import MOST_RUNS, SWEEPABLE, Value, assign, combinations, path_of
+
+Check = Callable[[Mapping[str, Any]], list[Problem]]
+
+
+def check_sweep(data: Mapping[str, Any], sweep: Any, problems: list[Problem], check: Check) -> list[Problem]:
+    """List what is wrong with a sweep over ``data``, a scenario without it that has ``problems`` of its own.
+
+    Values are tried one by one first. Only where the scenario holds and some values of each list are left
+    are they tried together, and what is wrong then is put to the entry of the list that brought it in.
+    """
+    found: list[Problem] = []
+    lists: dict[Path, dict[Value, Path]] = {}
+    malformed = {problem.path[1] for problem in problems if problem.path[0] == "sweep" and problem.path[1:]}
+    for key, values in sweep.items() if isinstance(sweep, dict) else ():
+        if key in malformed or not isinstance(values, tuple) or not values:
+            continue
+        path = path_of(key, data)
+        if path is None or _is_unknown(path, _schema_problems(assign(data, path, values[0]))):
+            expected = f"expected a key of the scenario below {', '.join(SWEEPABLE)}, found '{key}'"
+            found.append(Problem(("sweep", key), expected, at_key=True))
+            continue
+        found += _same_kind(key, values)
+        lists[path] = {}
+        for i, value in enumerate(values):
+            entry: Path = ("sweep", key, i)
+            own = [
+                problem
+                for problem in _schema_problems(assign(data, path, value))
+                if problem.path[: len(path)] == path and not problem.related
+            ]
+            if value in lists[path]:
+                own.append(Problem(entry, f"expected each value once, found {describe(value)} again"))
+            found += [Problem(entry, problem.message) for problem in own]
+            if not own:
+                lists[path][value] = entry
+    if problems or not all(lists.values()):
+        return found
+    count = prod(map(len, lists.values()))
+    if count > MOST_RUNS:
+        return [*found, Problem(("sweep",), f"expected at most {MOST_RUNS:,} runs, found {count:,}")]
+    together = dict.fromkeys(
+        Problem(_blame(problem, values, lists), problem.message)
+        for values, changed in combinations(data, lists)
+        for problem in check(changed)
+    )
+    return [*found, *together]
+
+
+def _schema_problems(data: Mapping[str, Any]) -> list[Problem]:
+    checked = schema_errors.check(data)
+    return checked if isinstance(checked, list) else []
+
+
+def _is_unknown(path: Path, problems: list[Problem]) -> bool:
+    """Whether the schema has no key of this path."""
+    return any(problem.at_key and problem.path == path[: len(problem.path)] for problem in problems)
+
+
+def _same_kind(key: str, values: tuple[Value, ...]) -> list[Problem]:
+    """Refuse lists of numbers and words, which make no coordinate."""
+    kinds = {float if type(value) is int else type(value) for value in values}
+    if len(kinds) == 1:
+        return []
+    return [Problem(("sweep", key), "expected values of one kind, found several")]
+
+
+def _blame(problem: Problem, values: tuple[Value, ...], lists: Mapping[Path, Mapping[Value, Path]]) -> Path:
+    """Find the entry of a sweep's list that brought in a problem the scenario itself has not."""
+    wanted = problem.related or (problem.path,)
+    paths = list(lists)
+
+    def distance(path: Path) -> tuple[int, int]:
+        common = {rank: _common(path, other) for rank, other in enumerate(wanted)}
+        nested = [rank for rank, n in common.items() if n in (len(path), len(wanted[rank]))]
+        return (min(nested, default=len(wanted)), -max(common.values()))
+
+    path = min(paths, key=distance)
+    return lists[path][values[paths.index(path)]]
+
+
+def _common(path: Path, other: Path) -> int:
+    """Count the leading parts that two paths share."""
+    count = 0
+    for mine, theirs in zip(path, other, strict=False):
+        if mine != theirs:
+            break
+        count += 1
+    return count
