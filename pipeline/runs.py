@@ -8,15 +8,20 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from pipeline import solver_objects
+from pipeline.elevation_table import ElevationTable
 from pipeline.scenario import Scenario
-from pipeline.settings import Settings
+from pipeline.settings import GivenDepth, KindOfSide, Settings
+from pipeline.sweep import Value, combinations, coordinate_names, path_of
+from solver.initial_state import lay
+from solver.terrain import SlopeProfile
 
 if TYPE_CHECKING:
-    from pipeline.elevation_table import ElevationTable
     from solver.simulation import Scene
-    from solver.terrain import SlopeProfile
 
-Value = float | int | str | bool
+DEFAULT_FRAMES = 10
+DEFAULT_THRESHOLD = 0.01
+_ROUND_OFF = 1e-9
 
 
 @dataclass(frozen=True)
@@ -58,14 +63,61 @@ class Prepared:
 
 def expand(scenario: Scenario) -> list[Run]:
     """List the runs of a scenario: the product of its sweep's lists, the last varying fastest."""
-    raise NotImplementedError
+    data = scenario.settings.model_dump(exclude_unset=True, exclude={"sweep"})
+    sweep = scenario.settings.sweep
+    names = coordinate_names(sweep).values()
+    lists = {path: sweep[key] for key in sweep if (path := path_of(key, data)) is not None}
+    runs = []
+    for index, (values, changed) in enumerate(combinations(data, lists)):
+        settings = Settings.model_validate(changed)
+        table = scenario.tables.get(getattr(settings.terrain, "file", ""))
+        runs.append(Run(index, dict(zip(names, values, strict=True)), settings, table))
+    return runs
 
 
 def output_times(settings: Settings) -> NDArray[np.float64]:
     """Give the output times 0, every, 2 every, ... and always the end, shape (nt,), s."""
-    raise NotImplementedError
+    end = settings.time.end
+    every = settings.time.output_every or end / DEFAULT_FRAMES
+    # a multiple that misses the end by round-off is the end
+    whole = int(np.ceil(end / every * (1 - _ROUND_OFF)))
+    return np.array([*(every * np.arange(whole)), end])
 
 
 def build_scene(run: Run) -> Prepared:
     """Lay the release, build terrain and laws, and give the solver's scene of a run."""
-    raise NotImplementedError
+    # the solver's kernels take longer to import than a scenario to check
+    from solver.simulation import Boundaries, Scene, Scheme
+
+    settings = run.settings
+    lattice = solver_objects.lattice(settings)
+    laid = lay([solver_objects.shape(release) for release in settings.releases], lattice)
+    terrain = solver_objects.slope(settings.terrain, run.table)
+    sides = settings.boundaries
+    scene = Scene(
+        lattice=lattice,
+        terrain=terrain,
+        depth=laid.depth,
+        velocity_x=laid.velocity_x,
+        velocity_y=laid.velocity_y,
+        friction=solver_objects.friction(settings.material),
+        earth_pressure=solver_objects.earth_pressure(settings.material),
+        gravity=settings.gravity,
+        boundaries=Boundaries(_held(sides.x_min), _held(sides.x_max), _held(sides.y_min), _held(sides.y_max)),
+        scheme=Scheme(settings.scheme.cfl, settings.scheme.film_depth),
+    )
+    return Prepared(
+        scene=scene,
+        terrain=terrain,
+        times=output_times(settings),
+        threshold=settings.output.threshold or DEFAULT_THRESHOLD * float(laid.depth.max()),
+        stop_at_rest=settings.time.stop_at_rest,
+        volume_asked=laid.volume_asked,
+        volume_laid=laid.volume,
+        volume_lost=laid.volume_lost,
+    )
+
+
+def _held(side: KindOfSide | GivenDepth) -> KindOfSide | float:
+    """Give the kind of a side, or the depth that is held there, m."""
+    return side.depth if isinstance(side, GivenDepth) else side

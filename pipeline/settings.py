@@ -74,8 +74,9 @@ def _kind_of_side(value: Any) -> str:
     return "given" if isinstance(value, dict | GivenDepth) else "kind"
 
 
+KindOfSide = Literal["open", "wall", "no-slip"]
 Side = Annotated[
-    Annotated[Literal["open", "wall", "no-slip"], Tag("kind")] | Annotated[GivenDepth, Tag("given")],
+    Annotated[KindOfSide, Tag("kind")] | Annotated[GivenDepth, Tag("given")],
     Discriminator(_kind_of_side),
 ]
 
