@@ -6,6 +6,8 @@
 from __future__ import annotations
 
 import logging
+import os
+import signal
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -17,7 +19,7 @@ import numpy as np
 from distributed import Client, Future, KilledWorker, LocalCluster, as_completed
 
 from pipeline import store
-from pipeline.interrupts import Interrupts, heard
+from pipeline.interrupts import Interrupts
 from pipeline.task import Job, Outcome, Solve, condemn, perform
 from pipeline.template import variables
 from pipeline.variables import Status
@@ -63,22 +65,33 @@ def jobs(scenario: Scenario, path: Path, runs: Sequence[Run], retry_failed: bool
 
 @contextmanager
 def workers(count: int) -> Iterator[Client]:
-    """Start worker processes of one thread each, and end them."""
+    """Start worker processes of one thread each, and end them; killed at once on a KeyboardInterrupt."""
     with (
         dask.config.set(SETTINGS),
         LocalCluster(
-            n_workers=count, threads_per_worker=1, dashboard_address=None, silence_logs=logging.CRITICAL
+            n_workers=count,
+            threads_per_worker=1,
+            dashboard_address="127.0.0.1:0",
+            silence_logs=logging.CRITICAL,
         ) as cluster,
         Client(cluster) as client,
     ):
-        yield client
+        try:
+            yield client
+        except KeyboardInterrupt:
+            for nanny in cluster.workers.values():
+                nanny.auto_restart = False
+                if nanny.pid is not None:
+                    os.kill(nanny.pid, signal.SIGKILL)
+            raise
 
 
 def execute(
     client: Client,
+    width: int,
     todo: Iterable[Job],
     report: Callable[[Outcome], None],
-    tell: Callable[[str], None],
+    interrupts: Interrupts,
     solve: Solve = simulate,
 ) -> Ending:
     """Do jobs until all are done, the user interrupts, or the place gives trouble.
@@ -90,10 +103,14 @@ def execute(
     ----------
     client : Client
         Of the workers.
+    width : int
+        Jobs under way at once: as many as there are workers, so that none waits behind one that kills.
     todo : iterable of Job
         Taken as workers become free.
-    report, tell : callable
-        Told what became of every run, and lines for the user.
+    report : callable
+        Told what became of every run.
+    interrupts : Interrupts
+        Whether the user asked to stop; looked at before every job.
     solve : callable
         The solver.
 
@@ -108,14 +125,9 @@ def execute(
         for outcome in condemn(job, DEATH):
             report(outcome)
 
-    with heard(tell) as interrupts:
-        flow = _Flow(client, report, interrupts, solve)
-        try:
-            width = len(client.scheduler_info()["workers"])
-            flow.run(iter(todo), width, suspects.append)
-            flow.run((replace(job, runs=(run,)) for job in suspects for run in job.runs), 1, condemned)
-        except KeyboardInterrupt:
-            interrupts.asked = True
+    flow = _Flow(client, report, interrupts, solve)
+    flow.run(iter(todo), width, suspects.append)
+    flow.run((replace(job, runs=(run,)) for job in suspects for run in job.runs), 1, condemned)
     return Ending(interrupts.asked, flow.trouble)
 
 

@@ -12,6 +12,7 @@ from rich.console import Console
 
 from pipeline import layout, store, table
 from pipeline.batch import Ending, execute, jobs, workers
+from pipeline.interrupts import heard
 from pipeline.place import store_path, summary_path
 from pipeline.progress import shown
 from pipeline.runs import expand
@@ -116,5 +117,9 @@ def _execute(todo: Sequence[Job], console: Console, count: int | None, solve: So
     if not todo:
         return Ending()
     total = sum(len(job.runs) for job in todo)
-    with workers(min(count or CPU_COUNT, len(todo))) as client, shown(console, total) as progress:
-        return execute(client, todo, progress.report, progress.tell, solve)
+    width = min(count or CPU_COUNT, len(todo))
+    try:
+        with shown(console, total) as progress, heard(progress.tell) as interrupts, workers(width) as client:
+            return execute(client, width, todo, progress.report, interrupts, solve)
+    except KeyboardInterrupt:
+        return Ending(interrupted=True)

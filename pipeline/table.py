@@ -54,8 +54,8 @@ def _rows(path: Path) -> tuple[pd.DataFrame, list[str]]:
     return table, swept
 
 
-def write(table: pd.DataFrame, path: Path, *, parquet: bool = False) -> None:
-    """Write the table as CSV, or as Parquet; a file that was there is replaced at once.
+def write(table: pd.DataFrame, path: Path) -> None:
+    """Write the table as Parquet where the path ends so, else as CSV; a file that was there is replaced.
 
     Raises
     ------
@@ -65,7 +65,7 @@ def write(table: pd.DataFrame, path: Path, *, parquet: bool = False) -> None:
         If Parquet is asked for without pyarrow.
     """
     aside = path.with_name(f".{path.name}.partial")
-    if parquet:
+    if path.suffix == ".parquet":
         table.to_parquet(aside, index=False)
     else:
         table.to_csv(aside, index=False)

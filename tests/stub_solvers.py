@@ -53,8 +53,9 @@ def by_friction(scene, times, *, log, **options):
 
 def slow(scene, times, *, log, seconds=0.5, **options):
     """Take a while."""
+    result = by_friction(scene, times, log=log, **options)
     time.sleep(seconds)
-    return by_friction(scene, times, log=log, **options)
+    return result
 
 
 def breaking(scene, times, *, store, **options):
