@@ -13,7 +13,8 @@ class Release(Section):
     """What every release may have."""
 
     volume: Annotated[float, Field(gt=0)] | None = key(
-        "volume; the depth is scaled so that the cells hold it. Default: that of the shape", "m3", None)
+        "volume; the depth is scaled so that the cells hold it. Default: that of the shape", "m3", None
+    )
     velocity: Pair = key("initial velocity along and across the bed", "m s-1", (0.0, 0.0))
 
 

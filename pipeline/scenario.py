@@ -71,8 +71,9 @@ def load(paths: Iterable[str | Path]) -> list[Scenario]:
         if checked.settings is not None:
             content = _content(checked.settings, checked.tables)
             digest = hashlib.sha256(content.encode()).hexdigest()
-            scenarios.append(Scenario(checked.settings, path, text, content, digest, checked.tables,
-                                      checked.warnings))
+            scenarios.append(
+                Scenario(checked.settings, path, text, content, digest, checked.tables, checked.warnings)
+            )
     if mistakes:
         raise BadInput(mistakes)
     return scenarios

@@ -78,8 +78,10 @@ class _Judge:
             whole, part = _lost(bare, lattice)
             if part >= 1:
                 (x0, x1), (y0, y1) = settings.domain.x, settings.domain.y
-                found = (f"expected a release inside the domain, x [{x0:g}, {x1:g}] and y [{y0:g}, {y1:g}], "
-                         "found one wholly outside it")
+                found = (
+                    f"expected a release inside the domain, x [{x0:g}, {x1:g}] and y [{y0:g}, {y1:g}], "
+                    "found one wholly outside it"
+                )
                 problems.append(Problem(path, found, related=(path, ("domain",))))
             elif part > 0:
                 volume = part * (whole if release.volume is None else release.volume)

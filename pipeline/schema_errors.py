@@ -35,7 +35,9 @@ def check(data: Mapping[str, Any]) -> Settings | list[Problem]:
     try:
         return Settings.model_validate(data)
     except ValidationError as error:
-        return [_explain(details, data) for details in error.errors(include_url=False)]
+        # items that fail are not counted, so that a list of them is told to be short
+        errors = (e for e in error.errors(include_url=False) if not (e["type"] == "too_short" and e["input"]))
+        return [_explain(details, data) for details in errors]
 
 
 def sections(
@@ -82,13 +84,13 @@ def _models() -> dict[tuple[str, ...], type[BaseModel]]:
 def _explain(error: ErrorDetails, data: Mapping[str, Any]) -> Problem:
     """Turn one of pydantic's errors into a problem."""
     loc, context, type_ = error["loc"], error.get("ctx", {}), error["type"]
-    path = _path(loc, data)
+    path = _path(loc, data, type_ == "missing")
     found = describe(error["input"])
     if type_ == "relation":
         related = tuple((*path, *_parts(name)) for name in context["keys"]) or (path,)
         return Problem(related[0], context["message"], related=related)
     if type_ == "extra_forbidden":
-        model = _models()[tuple(part for part in loc[:-1] if isinstance(part, str))]
+        model = _models()[_names(loc[:-1])]
         keys = ", ".join(model.model_fields)
         return Problem(path, f"expected one of the keys {keys}, found '{loc[-1]}'", at_key=True)
     if type_ == "missing":
@@ -135,15 +137,17 @@ def _names(loc: tuple[int | str, ...]) -> tuple[str, ...]:
     return tuple(part for part in loc if isinstance(part, str))
 
 
-def _path(loc: tuple[int | str, ...], data: Any) -> Path:
-    """Leave out of a location what is no key of the data: the kinds that unions add."""
+def _path(loc: tuple[int | str, ...], data: Any, missing: bool) -> Path:
+    """Leave out of a location what is no key of the data, as the kinds that unions add, but a missing key."""
     path: list[str | int] = []
     for i, part in enumerate(loc):
+        if _names(loc[: i + 1]) in _models() and _names(loc[:i]) not in _models() and isinstance(part, str):
+            continue
         known = isinstance(data, Mapping) and part in data
         item = isinstance(data, tuple) and isinstance(part, int) and part < len(data)
         if known or item:
             data = data[part]
-        elif i < len(loc) - 1 or not isinstance(data, Mapping | tuple):
+        elif not (missing and i == len(loc) - 1):
             continue
         path.append(part)
     return tuple(path)

@@ -44,22 +44,30 @@ class Material(Section):
 
     bed_friction: FrictionAngle = key("bed friction angle", "degrees")
     internal_friction: FrictionAngle | None = key(
-        "internal friction angle, at least `bed_friction`; needed with mohr-coulomb", "degrees", None)
+        "internal friction angle, at least `bed_friction`; needed with mohr-coulomb", "degrees", None
+    )
     earth_pressure: Literal["mohr-coulomb", "isotropic"] = key(
-        "earth pressure coefficient: eqs. 8-11, or 1 everywhere", default="mohr-coulomb")
+        "earth pressure coefficient: eqs. 8-11, or 1 everywhere", default="mohr-coulomb"
+    )
     turbulent_friction: Positive | None = key(
-        "Voellmy's turbulent friction; Coulomb friction alone where it is left out", "m s-2", None)
+        "Voellmy's turbulent friction; Coulomb friction alone where it is left out", "m s-2", None
+    )
 
     @model_validator(mode="after")
     def _well_posed(self) -> Material:
         if self.earth_pressure != "mohr-coulomb":
             return self
         if self.internal_friction is None:
-            raise relation("expected a value with earth_pressure mohr-coulomb, found nothing",
-                           "internal_friction", "earth_pressure")
+            raise relation(
+                "expected a value with earth_pressure mohr-coulomb, found nothing",
+                "internal_friction",
+                "earth_pressure",
+            )
         if self.internal_friction < self.bed_friction:
-            found = (f"expected at most internal_friction ({self.internal_friction:g}) with earth_pressure "
-                     f"mohr-coulomb, found {self.bed_friction:g}")
+            found = (
+                f"expected at most internal_friction ({self.internal_friction:g}) with earth_pressure "
+                f"mohr-coulomb, found {self.bed_friction:g}"
+            )
             raise relation(found, "bed_friction", "internal_friction", "earth_pressure")
         return self
 
@@ -96,22 +104,25 @@ class Scheme(Section):
     form: Literal["weighted-residual"] = key("the conservative form", default="weighted-residual")
     cfl: Annotated[float, Field(gt=0, le=1)] = key("Courant number of the time step", default=0.9)
     film_depth: Annotated[float, Field(gt=0, lt=1)] = key(
-        "depth below which velocity is desingularised, as part of the largest initial depth", default=1e-4)
+        "depth below which velocity is desingularised, as part of the largest initial depth", default=1e-4
+    )
 
 
 class Time(Section):
     """How long, and how often frames are kept."""
 
     end: Positive = key("time to stop at", "s")
-    output_every: Positive | None = key("time between frames, from 0; the end always is one. "
-                                        "Default: a tenth of `end`", "s", None)
+    output_every: Positive | None = key(
+        "time between frames, from 0; the end always is one. Default: a tenth of `end`", "s", None
+    )
     stop_at_rest: bool = key("whether a run ends once everything is at rest", default=True)
 
     @model_validator(mode="after")
     def _within(self) -> Time:
         if self.output_every is not None and self.output_every > self.end:
-            raise relation(f"expected at most end ({self.end:g}), found {self.output_every:g}",
-                           "output_every", "end")
+            raise relation(
+                f"expected at most end ({self.end:g}), found {self.output_every:g}", "output_every", "end"
+            )
         return self
 
 
@@ -119,10 +130,13 @@ class Output(Section):
     """What is kept."""
 
     fields: Annotated[tuple[FieldName, ...], Field(min_length=1)] = key(
-        "fields kept in the store. Default: all", default=FIELDS)
+        "fields kept in the store. Default: all", default=FIELDS
+    )
     threshold: Positive | None = key(
         "depth above which a cell counts as reached or as deposit. Default: 1 % of the largest release depth",
-        "m", None)
+        "m",
+        None,
+    )
 
 
 def _one_or_many(value: Any) -> str:
@@ -130,8 +144,7 @@ def _one_or_many(value: Any) -> str:
 
 
 OneOrMany = Annotated[
-    Annotated[AnyRelease, Tag("one")]
-    | Annotated[tuple[AnyRelease, ...], Field(min_length=1), Tag("many")],
+    Annotated[AnyRelease, Tag("one")] | Annotated[tuple[AnyRelease, ...], Field(min_length=1), Tag("many")],
     Discriminator(_one_or_many),
 ]
 
@@ -148,9 +161,12 @@ Scalar = Annotated[float | str | bool, BeforeValidator(_check_scalar)]
 class Settings(Section):
     """A scenario: one or many runs that share a lattice, output times and a store."""
 
-    name: str = key("name of the scenario and of its store: letters, digits, `-`, `_` and `.`, "
-                    "beginning with a letter or digit",
-                    pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$", max_length=100)
+    name: str = key(
+        "name of the scenario and of its store: letters, digits, `-`, `_` and `.`, "
+        "beginning with a letter or digit",
+        pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$",
+        max_length=100,
+    )
     description: str = key("what the scenario is, in a line", default="")
     gravity: Positive = key("gravity; 1 for the paper's dimensionless cases", "m s-2", 9.81)
     terrain: Terrain = key("shape of the bed")
@@ -164,7 +180,9 @@ class Settings(Section):
     output: Output = key("what is kept", default=Output())
     sweep: dict[str, Annotated[tuple[Scalar, ...], Field(min_length=1)]] = key(
         "lists of values by dotted key (`material.bed_friction`, `release.0.volume`); "
-        "the runs are the product of all lists, the last varying fastest", default={})
+        "the runs are the product of all lists, the last varying fastest",
+        default={},
+    )
 
     @property
     def releases(self) -> tuple[AnyRelease, ...]:

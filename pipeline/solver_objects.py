@@ -39,8 +39,14 @@ def slope(settings: terrain_settings.Terrain, table: ElevationTable | None = Non
         case terrain_settings.Plane():
             return terrain.Plane(settings.angle)
         case terrain_settings.Bend():
-            return terrain.Bend(settings.angle, settings.start, settings.end, settings.runout_angle,
-                                settings.transition, settings.curvature)
+            return terrain.Bend(
+                settings.angle,
+                settings.start,
+                settings.end,
+                settings.runout_angle,
+                settings.transition,
+                settings.curvature,
+            )
         case terrain_settings.Segments():
             starts, angles = zip(*((s.start, s.angle) for s in settings.segments), strict=True)
             return terrain.Segments(starts, angles, settings.joint, settings.curvature)

@@ -132,8 +132,11 @@ class _Construction:
             key = key_node.value
             if key in data:
                 first = self.document.keys[(*path, key)]
-                self._complain((*path, key), "expected each key once, found it again after line "
-                                             f"{first.line}, column {first.column}", place)
+                self._complain(
+                    (*path, key),
+                    f"expected each key once, found it again after line {first.line}, column {first.column}",
+                    place,
+                )
                 continue
             self.document.keys[(*path, key)] = place
             data[key] = self.value(value_node, (*path, key))

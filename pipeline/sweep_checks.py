@@ -66,7 +66,11 @@ def _schema_problems(data: Mapping[str, Any]) -> list[Problem]:
 
 def _is_unknown(path: Path, problems: list[Problem]) -> bool:
     """Whether the schema has no key of this path."""
-    return any(problem.at_key and problem.path == path[: len(problem.path)] for problem in problems)
+    return any(
+        path[: len(problem.path)] == problem.path and (problem.at_key or problem.path != path)
+        for problem in problems
+        if not problem.related
+    )
 
 
 def _same_kind(key: str, values: tuple[Value, ...]) -> list[Problem]:

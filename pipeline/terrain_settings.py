@@ -26,7 +26,8 @@ class Bend(Section):
     end: float = key("where the bend ends, above `start`", "m")
     runout_angle: Angle = key("inclination below the bend", "degrees", 0.0)
     transition: Literal["linear", "quadratic"] = key(
-        "law of the inclination in the bend; quadratic is eq. 26 as printed", default="linear")
+        "law of the inclination in the bend; quadratic is eq. 26 as printed", default="linear"
+    )
     curvature: bool = key("whether bed curvature adds to the normal load in the friction", default=True)
 
     @model_validator(mode="after")
@@ -48,8 +49,9 @@ class Segments(Section):
     """A slope of straight segments with smoothed joints."""
 
     profile: Literal["segments"] = key("slope of straight segments, the inclination linear over each joint")
-    segments: tuple[Segment, ...] = key("segments from top to bottom; the first also holds above its start",
-                                        min_length=1)
+    segments: tuple[Segment, ...] = key(
+        "segments from top to bottom; the first also holds above its start", min_length=1
+    )
     joint: Positive = key("length of a joint, centred on the start of each later segment", "m")
     curvature: bool = key("whether bed curvature adds to the normal load in the friction", default=True)
 
@@ -67,8 +69,10 @@ class Table(Section):
     """A slope read from a table."""
 
     profile: Literal["table"] = key("slope read from a table of horizontal distance and elevation")
-    file: str = key("CSV with one header line and columns of distance and elevation in m, "
-                    "relative to the scenario file", min_length=1)
+    file: str = key(
+        "CSV with one header line and columns of distance and elevation in m, relative to the scenario file",
+        min_length=1,
+    )
     smoothing: Positive = key("horizontal length over which the table's corners are rounded", "m")
     curvature: bool = key("whether bed curvature adds to the normal load in the friction", default=True)
 

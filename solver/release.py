@@ -110,7 +110,8 @@ class Round(Release):
             start, stop = np.clip(below[rows], -width, width), np.clip(above[rows], -width, width)
             across = (start + stop) / 2 + (stop - start) / 2 * _NODES[:, None, None]
             values = _WEIGHTS[:, None, None] * self._profile(
-                np.minimum((along / rx) ** 2 + (across / ry) ** 2, 1.0))
+                np.minimum((along / rx) ** 2 + (across / ry) ** 2, 1.0)
+            )
             strips = (values + values[::-1]).sum(axis=0) / 2 * (stop - start) / 2
             averages[rows, column] = (_WEIGHTS[:, None] * strips).sum(axis=0) * (high - low) / 2
         return averages / lattice.cell_area

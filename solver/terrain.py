@@ -196,8 +196,8 @@ class Segments(SlopeProfile):
 
     @cached_property
     def _knots(self) -> Array:
-        return np.repeat(np.asarray(self.starts[1:], dtype=np.float64), 2) + np.tile(
-            [-self.joint / 2, self.joint / 2], len(self.starts) - 1)
+        starts = np.repeat(np.asarray(self.starts[1:], dtype=np.float64), 2)
+        return np.asarray(starts + np.resize([-self.joint / 2, self.joint / 2], starts.shape))
 
     @property
     def _breaks(self) -> tuple[float, ...]:  # type: ignore[override]
