@@ -16,6 +16,8 @@ FieldName = Literal[
     "depth", "velocity_x", "velocity_y", "max_depth", "max_speed", "max_momentum_flux", "arrival_time",
     "deposit_depth",
 ]  # fmt: skip
+MOST_POINTS = 100_000_000
+MOST_FRAMES = 100_000
 FIELDS: tuple[FieldName, ...] = get_args(FieldName)
 
 
@@ -119,10 +121,12 @@ class Time(Section):
 
     @model_validator(mode="after")
     def _within(self) -> Time:
-        if self.output_every is not None and self.output_every > self.end:
-            raise relation(
-                f"expected at most end ({self.end:g}), found {self.output_every:g}", "output_every", "end"
-            )
+        every = self.output_every or self.end
+        if every > self.end:
+            raise relation(f"expected at most end ({self.end:g}), found {every:g}", "output_every", "end")
+        if self.end / every > MOST_FRAMES:
+            found = f"expected at most {MOST_FRAMES:,} frames, found {self.end / every:.3g}"
+            raise relation(found, "output_every", "end")
         return self
 
 
@@ -183,6 +187,16 @@ class Settings(Section):
         "the runs are the product of all lists, the last varying fastest",
         default={},
     )
+
+    @model_validator(mode="after")
+    def _countable(self) -> Settings:
+        (x0, x1), (y0, y1), spacing = self.domain.x, self.domain.y, self.points.spacing
+        count = (1 + (x1 - x0) / spacing) * (1 + (y1 - y0) / spacing)
+        if count > MOST_POINTS:
+            raise relation(
+                f"expected at most {MOST_POINTS:,} points, found {count:.3g}", "points.spacing", "domain"
+            )
+        return self
 
     @property
     def releases(self) -> tuple[AnyRelease, ...]:

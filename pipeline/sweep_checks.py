@@ -27,6 +27,8 @@ def check_sweep(data: Mapping[str, Any], sweep: Any, problems: list[Problem], ch
     for key, values in sweep.items() if isinstance(sweep, dict) else ():
         if key in malformed or not isinstance(values, tuple) or not values:
             continue
+        if any(_holds(problem.path, key) for problem in problems):
+            continue
         path = path_of(key, data)
         if path is None or _is_unknown(path, _schema_problems(assign(data, path, values[0]))):
             expected = f"expected a key of the scenario below {', '.join(SWEEPABLE)}, found '{key}'"
@@ -62,6 +64,12 @@ def check_sweep(data: Mapping[str, Any], sweep: Any, problems: list[Problem], ch
 def _schema_problems(data: Mapping[str, Any]) -> list[Problem]:
     checked = schema_errors.check(data)
     return checked if isinstance(checked, list) else []
+
+
+def _holds(path: Path, key: str) -> bool:
+    """Whether a dotted key leads through a path, whose being wrong says nothing of the key."""
+    parts = key.split(".")
+    return len(path) < len(parts) and [str(part) for part in path] == parts[: len(path)]
 
 
 def _is_unknown(path: Path, problems: list[Problem]) -> bool:

@@ -67,6 +67,18 @@ def messages(tmp_path, *texts):
             id="no YAML",
         ),
         pytest.param(GOOD, "", "1:1: expected a mapping of keys, found an empty file", id="empty"),
+        pytest.param(
+            "spacing: 0.5",
+            "spacing: 1e-5",
+            "4:36: points.spacing: expected at most 100,000,000 points, found 4e+11",
+            id="too many points",
+        ),
+        pytest.param(
+            "end: 1",
+            "end: 1, output_every: 1e-9",
+            "8:30: time.output_every: expected at most 100,000 frames, found 1e+09",
+            id="too many frames",
+        ),
         pytest.param(GOOD, "- 1", "1:1: expected a mapping of keys, found a list", id="a list"),
         pytest.param(MATERIAL, "", "1:1: material: expected a value, found nothing", id="missing section"),
         pytest.param(
@@ -339,6 +351,14 @@ def test_values_that_break_only_together_are_told_at_the_key_to_blame(tmp_path):
         ("a.yaml:11:31: sweep.material.bed_friction.1", "(25) with earth_pressure mohr-coulomb, found 30"),
         ("a.yaml:11:35: sweep.material.bed_friction.2", "(25) with earth_pressure mohr-coulomb, found 40"),
         ("a.yaml:11:35: sweep.material.bed_friction.2", "(35) with earth_pressure mohr-coulomb, found 40"),
+    ]
+
+
+def test_a_sweep_is_not_blamed_for_the_section_it_leads_through(tmp_path):
+    text = GOOD.replace(PLANE, "terrain: steep") + "sweep: {terrain.angle: [3, 4], gravity: [9, -1]}\n"
+    assert messages(tmp_path, text) == [
+        "a.yaml:2:10: terrain: expected a mapping, found 'steep'",
+        "a.yaml:9:45: sweep.gravity.1: expected a number above 0, found -1",
     ]
 
 
