@@ -18,7 +18,7 @@ from pipeline.variables import DIGEST, STATUS, Variable
 LARGEST_CHUNK = 20_000_000
 FRAMES_PER_CHUNK = 8
 TASK_SECONDS = 2.0
-LEAST_TASKS = 64
+LEAST_TASKS = 16
 
 
 @dataclass(frozen=True)

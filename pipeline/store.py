@@ -6,6 +6,7 @@ alone tells what is finished.
 
 from __future__ import annotations
 
+import asyncio
 import hashlib
 import os
 import shutil
@@ -16,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import zarr
 from numpy.typing import NDArray
+from zarr.api.asynchronous import open_group
 
 from pipeline.variables import DIGEST, STATUS, TIMINGS, Status, Variable
 
@@ -46,25 +48,36 @@ def write(
     ValueError
         If the runs are not of one group, whose chunks alone the caller may touch.
     """
-    root = zarr.open_group(path, mode="r+", use_consolidated=False)
-    states = _array(root, STATUS)
+    asyncio.run(_write(path, variables, rows, status))
+
+
+async def _write(
+    path: Path, variables: Sequence[Variable], rows: Mapping[int, Values], status: Mapping[int, Status]
+) -> None:
+    root = await open_group(path, mode="r+", use_consolidated=False)
+    found = await asyncio.gather(*(root.getitem(variable.name) for variable in variables))
+    arrays = {array.basename: array for array in found if isinstance(array, zarr.AsyncArray)}
+    states = arrays[STATUS.name]
     group = states.chunks[0]
     if len({run // group for run in status}) != 1:
         raise ValueError(f"runs {sorted(status)} are not of one group of {group}")
     start = min(status) // group * group
     block = slice(start, min(start + group, states.shape[0]))
-    if np.any(states[block] != Status.PENDING):
-        _put(states, block, dict.fromkeys(status, np.int8(Status.PENDING)))
+    if np.any(np.asarray(await states.getitem(block)) != Status.PENDING):
+        await _put(states, block, dict.fromkeys(status, np.int8(Status.PENDING)))
     digests = {run: hashlib.sha256() for run in status}
+    writes = []
     for variable in variables[:-2]:
-        array = _array(root, variable)
+        array = arrays[variable.name]
         values = {run: _value(variable, rows[run], array.shape[1:]) for run in status}
-        _put(array, block, values)
+        writes.append(_put(array, block, values))
         for run, value in values.items():
             if variable.name not in TIMINGS:
                 digests[run].update(value.encode() if isinstance(value, str) else value.tobytes())
-    _put(_array(root, DIGEST), block, {run: digest.hexdigest() for run, digest in digests.items()})
-    _put(states, block, {run: np.int8(state) for run, state in status.items()})
+    # each call of zarr from outside its event loop costs more than the writing of a scalar
+    await asyncio.gather(*writes)
+    await _put(arrays[DIGEST.name], block, {run: digest.hexdigest() for run, digest in digests.items()})
+    await _put(states, block, {run: np.int8(state) for run, state in status.items()})
 
 
 def _value(variable: Variable, row: Values, shape: tuple[int, ...]) -> Any:
@@ -74,17 +87,17 @@ def _value(variable: Variable, row: Values, shape: tuple[int, ...]) -> Any:
     return np.broadcast_to(np.asarray(value, variable.dtype), shape)
 
 
-def _put(array: zarr.Array[Any], block: slice, values: Mapping[int, Any]) -> None:
+async def _put(array: zarr.AsyncArray[Any], block: slice, values: Mapping[int, Any]) -> None:
     """Write a block of runs at once; runs of it that have no value here stay as they are."""
     whole: Any
     if len(values) == block.stop - block.start:
         first = values[block.start]
         whole = np.empty((len(values), *np.shape(first)), object if isinstance(first, str) else first.dtype)
     else:
-        whole = array[block]
+        whole = await array.getitem(block)
     for run, value in values.items():
         whole[run - block.start] = value
-    array[block] = whole
+    await array.setitem(block, whole)
 
 
 def _array(root: zarr.Group, variable: Variable) -> zarr.Array[Any]:
@@ -93,10 +106,10 @@ def _array(root: zarr.Group, variable: Variable) -> zarr.Array[Any]:
     return array
 
 
-def statuses(path: Path) -> NDArray[np.int8]:
-    """Status of every run, shape (runs,): all that resuming reads."""
+def statuses(path: Path, runs: slice = slice(None)) -> NDArray[np.int8]:
+    """Give the status of every run, or of some, shape (runs,): all that resuming reads."""
     root = zarr.open_group(path, mode="r", use_consolidated=False)
-    return np.asarray(_array(root, STATUS)[...], np.int8)
+    return np.asarray(_array(root, STATUS)[runs], np.int8)
 
 
 def group(path: Path) -> int:

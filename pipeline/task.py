@@ -51,12 +51,13 @@ def perform(job: Job, solve: Solve = simulate) -> list[Outcome]:
     OSError
         If the store cannot be read or written. What goes wrong inside a run is an outcome, not an error.
     """
-    states = store.statuses(job.path)
-    runs = [run for run in job.runs if states[run.index] not in (Status.DONE, Status.OVERRUN)]
+    first = job.runs[0].index
+    states = store.statuses(job.path, slice(first, job.runs[-1].index + 1))
+    finished = {run.index: Status(states[run.index - first]) for run in job.runs}
+    finished = {run: status for run, status in finished.items() if status in (Status.DONE, Status.OVERRUN)}
+    runs = [run for run in job.runs if run.index not in finished]
     rows: dict[int, dict[str, Any]] = {}
-    outcomes = [
-        Outcome(job.path, run.index, Status(states[run.index])) for run in job.runs if run not in runs
-    ]
+    outcomes = [Outcome(job.path, run, status) for run, status in finished.items()]
     for run in runs:
         status, rows[run.index] = _compute(run, solve)
         outcomes.append(Outcome(job.path, run.index, status, rows[run.index].get("failure_reason", "")))

@@ -81,24 +81,29 @@ def test_written_runs_read_back_and_the_others_stay_pending(path):
 
 def test_status_is_written_last(path, monkeypatch):
     create(path, template(group=2))
-    written = []
+    begun, ended = [], []
     put = store._put
-    monkeypatch.setattr(
-        store, "_put", lambda array, *rest: (written.append(array.basename), put(array, *rest))
-    )
+
+    async def noted(array, *rest):
+        begun.append(array.basename)
+        await put(array, *rest)
+        ended.append(array.basename)
+
+    monkeypatch.setattr(store, "_put", noted)
     store.write(path, kept(), {2: row(2), 3: row(3)}, {2: Status.DONE, 3: Status.DONE})
-    assert written == [v.name for v in kept()]
-    assert written[-2:] == ["digest", "status"]
+    assert begun == [v.name for v in kept()]
+    assert ended[-2:] == ["digest", "status"]
+    assert len(ended) == len(begun)
 
 
 def test_a_write_that_breaks_off_leaves_the_group_pending(path, monkeypatch):
     create(path, template(group=2))
     put = store._put
 
-    def refuse(array, *rest):
+    async def refuse(array, *rest):
         if array.basename == "volume_in":
             raise OSError(28, "No space left on device")
-        put(array, *rest)
+        await put(array, *rest)
 
     monkeypatch.setattr(store, "_put", refuse)
     with pytest.raises(OSError, match="No space"):
