@@ -185,7 +185,7 @@ def _console() -> Console:
 def _print(console: Console, whole: pd.DataFrame) -> None:
     from pipeline.display import runs_table
 
-    console.print(runs_table(whole))
+    console.print(runs_table(whole, console.width))
 
 
 def main() -> None:

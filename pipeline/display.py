@@ -5,47 +5,51 @@ from __future__ import annotations
 import math
 
 import pandas as pd
+from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 from pipeline.table import HEAD
 from pipeline.variables import PER_RUN
 
-SHOWN = (
-    "volume_released",
-    "volume_error",
-    "front_x",
-    "runout_distance",
-    "reach_angle",
-    "peak_speed",
-    "cpu_time",
-)
+SHOWN = ("front_x", "runout_distance", "reach_angle", "peak_speed")
+SHOWN_WHERE_WIDE = ("volume_released", "volume_error", *SHOWN, "cpu_time")
+WIDE = 110
 UNITS = {v.name: v.units for v in PER_RUN}
 ROWS = 40
 STYLES = {"failed": "red", "pending": "yellow", "done_but_overrun": "magenta"}
 
 
-def runs_table(whole: pd.DataFrame) -> Table:
-    """Show the main summaries of every run, or counts by scenario where the runs are many."""
-    return _rows(whole) if len(whole) <= ROWS else _counts(whole)
+def runs_table(whole: pd.DataFrame, width: int) -> Table:
+    """Show the main summaries of every run, or counts by scenario where the runs are many.
+
+    Parameters
+    ----------
+    whole : DataFrame
+        The table of a place, or rows of it.
+    width : int
+        Characters there is room for in a line.
+    """
+    return _rows(whole, width >= WIDE) if len(whole) <= ROWS else _counts(whole)
 
 
-def _rows(whole: pd.DataFrame) -> Table:
+def _rows(whole: pd.DataFrame, wide: bool) -> Table:
     swept = [name for name in whole.columns if name not in HEAD and name not in UNITS]
-    table = Table("scenario", "run", "status", *(["parameters"] if swept else []))
-    for name in SHOWN:
-        unit = UNITS[name]
-        table.add_column(
-            name.replace("_", " ") + ("" if unit == "1" else f"\n({unit})"), justify="right", no_wrap=True
-        )
+    shown = SHOWN_WHERE_WIDE if wide else SHOWN
+    table = Table(box=SIMPLE_HEAD, padding=(0, 1 if wide else 0), pad_edge=wide)
+    for name in (*HEAD, *(["parameters"] if swept else [])):
+        table.add_column(name, no_wrap=name != "scenario", overflow="fold")
+    for name in shown:
+        unit = "" if UNITS[name] == "1" else f" {UNITS[name]}"
+        table.add_column((name + unit).replace("_", "\n").replace(" ", "\n"), justify="right", no_wrap=True)
     for row in whole.to_dict("records"):
         status = str(row["status"])
-        given = ", ".join(f"{name}={_text(row[name])}" for name in swept if not pd.isna(row[name]))
+        given = [f"{name}={_text(row[name])}" for name in swept if not pd.isna(row[name])]
         table.add_row(
             str(row["scenario"]),
             str(row["run"]),
-            f"[{STYLES.get(status, 'green')}]{status.replace('_', ' ')}[/]",
-            *([given] if swept else []),
-            *(_text(row[name]) for name in SHOWN),
+            f"[{STYLES.get(status, 'green')}]{status.rpartition('_')[2]}[/]",
+            *([(", " if wide else "\n").join(given)] if swept else []),
+            *(_text(row[name]) for name in shown),
         )
     return table
 
@@ -53,7 +57,7 @@ def _rows(whole: pd.DataFrame) -> Table:
 def _counts(whole: pd.DataFrame) -> Table:
     counts = whole.groupby("scenario", sort=False)["status"].value_counts().unstack(fill_value=0)
     states = [str(state) for state in counts.columns]
-    table = Table("scenario", *(state.replace("_", " ") for state in states))
+    table = Table("scenario", *(state.replace("_", " ") for state in states), box=SIMPLE_HEAD)
     for scenario, row in counts.iterrows():
         table.add_row(str(scenario), *(str(row[state]) for state in states))
     return table
