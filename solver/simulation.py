@@ -4,17 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from time import perf_counter, thread_time
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from solver import time_stepping
+from solver.activity import Bed, Material, Spans, Status
+from solver.boundary import DEPTH, GHOSTS, NO_SLIP, OPEN, WALL, Fields, Grid, Sides
 from solver.lattice import Lattice
+from solver.reconstruction import FaceValues
 from solver.rheology import Coulomb, EarthPressure, Isotropic, Voellmy
+from solver.riemann import Fluxes
 from solver.terrain import Terrain
+from solver.time_stepping import Progress, Record, record_maxima
+from solver.weighted_residual import RING, Buffers
 
 Array = NDArray[np.float64]
 Side = Literal["open", "wall", "no-slip"] | float
+# Depth up to which a cell counts as dry, relative to the film depth.
+DRY_SHARE = 1e-4
 
 
 @dataclass(frozen=True)
@@ -79,17 +89,18 @@ class Ledger:
 
     @property
     def error(self) -> float:
-        """(now - released - inflow + outflow) / (released + inflow)."""
-        ...
+        """(now - released - inflow + outflow) / (released + inflow), dimensionless."""
+        total = self.released + self.inflow
+        return (self.now - total + self.outflow) / total if total > 0 else 0.0
 
 
 @dataclass(frozen=True)
 class Result:
     """What a run gives; arrays are float64, a frame never computed is NaN.
 
-    times : (nt,) the frames asked for. depth, velocity_x, velocity_y : (nt, ny, nx).
-    max_depth, max_speed, max_momentum_flux (h |u|^2, m3 s-2), arrival_time (NaN where not reached) :
-    (ny, nx), over all time steps. deposit_depth : (ny, nx), the last state computed.
+    times : (nt,) the frames asked for, s. depth (m), velocity_x, velocity_y (m s-1) : (nt, ny, nx).
+    max_depth (m), max_speed (m s-1), max_momentum_flux (h |u|^2, m3 s-2), arrival_time (s, NaN where not
+    reached) : (ny, nx), over all time steps. deposit_depth : (ny, nx), the last state computed, m.
     time : reached, s. rest_time : s, NaN if still moving. steps : time steps taken.
     cell_stages : cells updated, summed over stages. wall_time, cpu_time : s, of the time loop.
     """
@@ -113,11 +124,166 @@ class Result:
     failure: Failure | None
 
 
-def simulate(scene: Scene, times: Sequence[float] | Array, *, arrival_depth: float = 0.0,
-             stop_at_rest: bool = True, max_steps: int | None = None) -> Result:
-    """Run a scene to the last of ``times`` (increasing, first >= 0), with frames at each of them.
+def simulate(
+    scene: Scene,
+    times: Sequence[float] | Array,
+    *,
+    arrival_depth: float = 0.0,
+    stop_at_rest: bool = True,
+    max_steps: int | None = None,
+) -> Result:
+    """Run a scene to the last of ``times``, with frames at each of them.
 
     Once a run is at rest its later frames hold the deposit. A run that fails returns its good frames
-    and a Failure; it does not raise. arrival_depth : depth above which a cell counts as reached, m.
+    and a Failure; it does not raise.
+
+    Parameters
+    ----------
+    scene : Scene
+        What to run.
+    times : (nt,) sequence
+        Times of the frames, s, increasing, the first at least 0.
+    arrival_depth : float
+        Depth above which a cell counts as reached, m.
+    stop_at_rest : bool
+        Let ``time`` end where everything is at rest; otherwise it goes on to the last frame. Frames are the same.
+    max_steps : int, optional
+        Steps after which the run fails.
+
+    Raises
+    ------
+    ValueError
+        If times do not increase, or an array has the wrong shape, a negative depth or a value that is not finite.
     """
-    ...
+    frames = np.asarray(times, dtype=np.float64)
+    if frames.ndim != 1 or not len(frames) or frames[0] < 0 or not (np.diff(frames) > 0).all():
+        raise ValueError("times must be one or more increasing numbers, the first at least 0")
+    run = _Run(scene, frames[-1], arrival_depth)
+    shape = (len(frames), *scene.lattice.shape)
+    depth, velocity_x, velocity_y = np.full((3, *shape), np.nan)
+    rest_time, failure = np.nan, None
+    released = run.volume
+    wall, cpu = perf_counter(), thread_time()
+    outcome = time_stepping.REACHED
+    for k, time in enumerate(frames):
+        if outcome != time_stepping.AT_REST:
+            outcome = run.advance(time, max_steps)
+        if outcome == time_stepping.AT_REST and np.isnan(rest_time):
+            rest_time = run.time
+        if outcome == time_stepping.AT_REST and not stop_at_rest:
+            run.progress.time[0] = time
+        if outcome not in (time_stepping.REACHED, time_stepping.AT_REST):
+            failure = run.failure(outcome)
+            break
+        depth[k], velocity_x[k], velocity_y[k] = run.state
+    wall, cpu = perf_counter() - wall, thread_time() - cpu
+    inflow, outflow = run.progress.ledger
+    record = Record(*(a.reshape(shape[1:]) for a in run.record))
+    return Result(
+        frames, depth, velocity_x, velocity_y,
+        record.depth, np.sqrt(record.speed_squared), record.momentum_flux, record.arrival, run.state[0],
+        Ledger(released, float(inflow), float(outflow), run.volume),
+        run.time, rest_time, int(run.progress.steps[0]), int(run.progress.cell_stages[0]), wall, cpu, failure,
+    )
+
+
+REASONS = {
+    time_stepping.OUT_OF_STEPS: "more steps than allowed",
+    time_stepping.NOT_FINITE: "a value that is not finite",
+    time_stepping.COLLAPSED: "the time step collapsed",
+}
+
+
+class _Run:
+    """The arrays of one run, padded by ghost cells."""
+
+    def __init__(self, scene: Scene, end: float, arrival_depth: float) -> None:
+        lattice, sides = scene.lattice, scene.boundaries
+        self.scene, self.end, self.arrival_depth = scene, end, arrival_depth
+        given = [getattr(sides, side) for side in ("x_min", "x_max", "y_min", "y_max")]
+        kinds = {"open": OPEN, "wall": WALL, "no-slip": NO_SLIP}
+        self.sides = Sides(
+            np.array([kinds[s] if isinstance(s, str) else DEPTH for s in given]),
+            np.array([0.0 if isinstance(s, str) else float(s) for s in given]),
+        )
+        initial = [np.asarray(a, dtype=np.float64) for a in (scene.depth, scene.velocity_x, scene.velocity_y)]
+        for array in initial:
+            if array.shape != lattice.shape:
+                raise ValueError(f"initial arrays must have the lattice's shape {lattice.shape}, not {array.shape}")
+            if not np.isfinite(array).all():
+                raise ValueError("initial arrays must be finite")
+        if (initial[0] < 0).any():
+            raise ValueError("initial depth must not be negative")
+        deepest = max(initial[0].max(), self.sides.depth.max())
+        film = scene.scheme.film_depth * deepest
+        friction = scene.friction
+        drag = scene.gravity / friction.turbulent_friction if isinstance(friction, Voellmy) else 0.0
+        coefficients = scene.earth_pressure.coefficients()
+        self.material = Material(friction.tangent, drag, tuple(coefficients), film, DRY_SHARE * film)
+        self.bed = self._bed()
+        wet = initial[0] > self.material.dry
+        self.now = Fields(*(np.pad(np.where(wet | (k == 0), a, 0.0), GHOSTS).ravel() for k, a in enumerate(initial)))
+        self.stages = [Fields(*(a.copy() for a in self.now)) for _ in range(2)]
+        ny, nx = lattice.shape
+        self.grid = Grid(ny + 2 * GHOSTS, nx + 2 * GHOSTS, lattice.dx, lattice.dy)
+        load = np.tile(self.bed.normal, self.grid.rows)
+        self.status = Status(load * coefficients.x_active, load * coefficients.y_active_active, np.ones_like(load))
+        n = self.grid.stride
+        self.spans = Spans(*np.zeros((3, 2, self.grid.rows), dtype=np.int64), np.zeros(n))
+        for j, row in enumerate(wet, GHOSTS):
+            if row.any():
+                self.spans.wet[:, j] = GHOSTS + np.argmax(row), GHOSTS + nx - np.argmax(row[::-1])
+        self.buffers = Buffers(
+            FaceValues(*np.zeros((6, n))), FaceValues(*np.zeros((6, 2 * n))),
+            Fluxes(*np.zeros((4, RING * n))), Fluxes(*np.zeros((4, RING * n))), np.ones(RING * n),
+        )
+        self.record = Record(*np.zeros((3, ny * nx)), np.full(ny * nx, np.nan))
+        self.progress = Progress(
+            np.zeros(1), np.zeros(1, np.int64), np.zeros(1, np.int64), np.zeros(2), np.full(2, -1, np.int64)
+        )
+        record_maxima(self.now, self.spans.wet, self.grid, film, arrival_depth, self.record, self.progress)
+
+    def _bed(self) -> Bed:
+        lattice, g = self.scene.lattice, self.scene.gravity
+        x = np.pad(lattice.x_points, GHOSTS, mode="edge")
+        y = np.full_like(x, lattice.y_points.mean())
+        if np.any(self.scene.terrain.lateral_slope(x, y)):
+            raise ValueError("the lattice form needs a bed without lateral slope")
+        xi = self.scene.terrain.inclination(x, y)
+        return Bed(g * np.sin(xi), g * np.cos(xi), self.scene.terrain.curvature(x, y))
+
+    def advance(self, target: float, max_steps: int | None) -> int:
+        """Step to ``target``, s; say why it stopped."""
+        scheme = self.scene.scheme
+        return int(
+            time_stepping.advance(
+                self.now, *self.stages, self.status, self.bed, self.material, self.sides, self.grid, self.spans,
+                self.buffers, time_stepping.SSP_RK3, scheme.cfl, target, self.end,
+                np.iinfo(np.int64).max if max_steps is None else max_steps, self.arrival_depth,
+                self.record, self.progress,
+            )
+        )
+
+    @property
+    def time(self) -> float:
+        """Time reached, s."""
+        return float(self.progress.time[0])
+
+    @property
+    def state(self) -> tuple[Array, Array, Array]:
+        """Depth and velocity without ghosts, copies of shape (ny, nx)."""
+        padded, inner = (self.grid.rows, self.grid.stride), slice(GHOSTS, -GHOSTS)
+        h, u, v = (a.reshape(padded)[inner, inner].copy() for a in self.now)
+        return h, u, v
+
+    @property
+    def volume(self) -> float:
+        """Volume in the domain, m3."""
+        return float(self.state[0].sum()) * self.scene.lattice.cell_area
+
+    def failure(self, outcome: int) -> Failure:
+        """Put an outcome into words, with time and place."""
+        j, i = self.progress.place
+        lattice = self.scene.lattice
+        x, y = (lattice.x_points[i], lattice.y_points[j]) if j >= 0 else (np.nan, np.nan)
+        return Failure(REASONS[outcome], self.time, float(x), float(y))

@@ -1,0 +1,223 @@
+"""Which cells take part in a step: what is dry, what friction holds, what its neighbours can reach."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solver.boundary import DEPTH, GHOSTS, Fields, Grid, Sides, fill_ghosts
+from solver.compiled import kernel
+
+# Round-off allowed where a drive exactly at the friction limit must count as held (slope = friction angle).
+HOLDS = 1.0 + 1e-12
+
+
+class Bed(NamedTuple):
+    """Along x, padded shape (nx + 4,): g sin xi, g cos xi (m s-2) and the curvature kappa (m-1) that loads friction."""
+
+    along: NDArray[np.float64]
+    normal: NDArray[np.float64]
+    curvature: NDArray[np.float64]
+
+
+class Material(NamedTuple):
+    """Friction and its limits.
+
+    tangent : tan(delta). drag : g / turbulent friction, 0 for dry friction, dimensionless.
+    pressure : the six earth-pressure coefficients, in the order of `PressureCoefficients`.
+    film, dry : depths in m below which velocity is desingularised, and up to which a cell counts as dry.
+    """
+
+    tangent: float
+    drag: float
+    pressure: tuple[float, float, float, float, float, float]
+    film: float
+    dry: float
+
+
+class Status(NamedTuple):
+    """What each cell is in this step, flat arrays of the padded lattice.
+
+    beta_x, beta_y : g cos(xi) K (eq. 7), m s-2. still : 1 where dry or held by friction, else 0.
+    """
+
+    beta_x: NDArray[np.float64]
+    beta_y: NDArray[np.float64]
+    still: NDArray[np.float64]
+
+
+class Spans(NamedTuple):
+    """Half-open column ranges of each padded row, shape (2, ny + 4): wet cells, moving cells, cells to be stepped.
+
+    rate : (nx + 4,) array, largest wave rate of each column in this step, s-1.
+    """
+
+    wet: NDArray[np.int64]
+    moving: NDArray[np.int64]
+    stepped: NDArray[np.int64]
+    rate: NDArray[np.float64]
+
+
+@kernel()
+def hull(spans: NDArray, first: int, last: int) -> tuple[int, int]:
+    """Smallest range that covers the spans (2, rows) of rows ``first`` to ``last``; (0, 0) if all are empty."""
+    lo, hi = 1 << 60, 0
+    for j in range(max(first, 0), min(last, spans.shape[1] - 1) + 1):
+        if spans[0, j] < spans[1, j]:
+            lo, hi = min(lo, spans[0, j]), max(hi, spans[1, j])
+    return (lo, hi) if lo < hi else (0, 0)
+
+
+@kernel()
+def classify_run(
+    now: Fields, status: Status, bed: Bed, material: Material, grid: Grid, rate: NDArray, cell: int, column: int,
+    count: int,
+) -> None:
+    """Set earth pressure and stillness of a run of cells, and raise the wave rate of their columns.
+
+    A cell is still if it is dry, or at rest with ``|(beta_x h_x - g sin xi, beta_y h_y)|`` at most
+    ``g cos xi tan delta``. A dry neighbour has no velocity of its own and does not make a gradient.
+    """
+    x_a, x_p, y_aa, y_ap, y_pa, y_pp = material.pressure
+    h, u, v = now
+    dry, one, row = material.dry, np.uint64(1), np.uint64(grid.stride)
+    over_x, over_y = 1.0 / grid.dx, 1.0 / grid.dy
+    limit_per_load = material.tangent * HOLDS
+    for k in range(count):
+        i, c = np.uint64(cell) + np.uint64(k), np.uint64(column) + np.uint64(k)
+        w, e, s, n = i - one, i + one, i - row, i + row
+        wet = h[i] > dry
+        u_e, u_w = u[e] if h[e] > dry else u[i], u[w] if h[w] > dry else u[i]
+        v_n, v_s = v[n] if h[n] > dry else v[i], v[s] if h[s] > dry else v[i]
+        extends_x, extends_y = (u_e >= u_w) | (not wet), (v_n >= v_s) | (not wet)
+        k_x = x_a if extends_x else x_p
+        k_active, k_passive = y_aa if extends_y else y_ap, y_pa if extends_y else y_pp
+        b_x, b_y = bed.normal[c] * k_x, bed.normal[c] * (k_active if extends_x else k_passive)
+        status.beta_x[i], status.beta_y[i] = b_x, b_y
+        drive_x = b_x * (h[e] - h[w]) * (0.5 * over_x) - bed.along[c]
+        drive_y = b_y * (h[n] - h[s]) * (0.5 * over_y)
+        limit = bed.normal[c] * limit_per_load
+        square = u[i] * u[i] + v[i] * v[i]
+        held = (drive_x * drive_x + drive_y * drive_y <= limit * limit) & (square == 0.0)
+        status.still[i] = 1.0 if held | (not wet) else 0.0
+        this = (abs(u[i]) + math.sqrt(b_x * h[i])) * over_x + (abs(v[i]) + math.sqrt(b_y * h[i])) * over_y
+        this = this if wet else 0.0
+        rate[c] = this if this > rate[c] else rate[c]
+
+
+@kernel()
+def classify(
+    now: Fields, status: Status, bed: Bed, material: Material, sides: Sides, grid: Grid, spans: Spans
+) -> float:
+    """Set the status of every cell that may be wet, trim the wet spans, find the moving ones.
+
+    Returns
+    -------
+    float
+        Largest ``(|u| + c_x)/dx + (|v| + c_y)/dy`` of a wet cell, s-1.
+    """
+    m, still = grid.stride, status.still
+    fill_ghosts(now, sides, grid, GHOSTS, grid.rows - GHOSTS - 1)
+    spans.rate[:] = 0.0
+    for j in range(GHOSTS, grid.rows - GHOSTS):
+        lo, hi = spans.wet[0, j], spans.wet[1, j]
+        spans.moving[0, j] = spans.moving[1, j] = 0
+        if lo >= hi:
+            continue
+        classify_run(now, status, bed, material, grid, spans.rate, j * m + lo, lo, hi - lo)
+        while lo < hi and now.h[j * m + lo] <= material.dry:
+            lo += 1
+        while lo < hi and now.h[j * m + hi - 1] <= material.dry:
+            hi -= 1
+        spans.wet[0, j], spans.wet[1, j] = lo, hi
+        while lo < hi and still[j * m + lo] == 1.0:
+            lo += 1
+        while lo < hi and still[j * m + hi - 1] == 1.0:
+            hi -= 1
+        spans.moving[0, j], spans.moving[1, j] = lo, hi
+    rate = 0.0
+    for k in range(2):
+        cell, step = (GHOSTS, -1) if k == 0 else (m - GHOSTS - 1, 1)
+        for j in range(GHOSTS, grid.rows - GHOSTS):
+            i = j * m + cell
+            pull, hold = step * bed.along[cell], bed.normal[cell] * material.tangent * HOLDS
+            rate = max(rate, status_outside(now.h, status, status.beta_x, i, step, grid.dx, pull, hold, sides.kind[k]))
+        row, step = (GHOSTS, -m) if k == 0 else (grid.rows - GHOSTS - 1, m)
+        for cell in range(GHOSTS, m - GHOSTS):
+            i = row * m + cell
+            hold = bed.normal[cell] * material.tangent * HOLDS
+            rate = max(rate, status_outside(now.h, status, status.beta_y, i, step, grid.dy, 0.0, hold, sides.kind[2 + k]))
+    for c in range(m):
+        rate = max(rate, spans.rate[c])
+    return rate
+
+
+@kernel()
+def status_outside(
+    h: NDArray, status: Status, beta: NDArray, cell: int, step: int, d: float, pull: float, hold: float, kind: int
+) -> float:
+    """Give the ghost ``step`` from a cell the cell's status, but let a given depth drive what friction does not hold.
+
+    Returns the wave rate of what is driven, s-1.
+    """
+    ghost = cell + step
+    status.beta_x[ghost], status.beta_y[ghost] = status.beta_x[cell], status.beta_y[cell]
+    status.still[ghost] = status.still[cell]
+    if kind == DEPTH and abs(beta[cell] * (h[ghost] - h[cell]) / d - pull) > hold:
+        status.still[ghost] = 0.0
+        return 2.0 * math.sqrt(beta[cell] * h[ghost]) / d
+    return 0.0
+
+
+@kernel()
+def spread(spans: Spans, still: NDArray, grid: Grid) -> tuple[int, int, int]:
+    """Set the spans to be stepped: moving cells and their neighbours, within the domain.
+
+    Returns
+    -------
+    tuple of int
+        First and last row to be stepped (first > last if nothing moves) and the number of cells.
+    """
+    m, g = grid.stride, GHOSTS
+    first, last, cells = grid.rows, -1, 0
+    for j in range(g, grid.rows - g):
+        lo, hi = m, 0
+        if spans.moving[0, j] < spans.moving[1, j]:
+            lo, hi = spans.moving[0, j] - 1, spans.moving[1, j] + 1
+        if still[j * m + g - 1] == 0.0:
+            lo, hi = g, max(hi, g + 1)
+        if still[j * m + m - g] == 0.0:
+            lo, hi = min(lo, m - g - 1), m - g
+        for k in (j - 1, j + 1):
+            if g <= k < grid.rows - g:
+                if spans.moving[0, k] < spans.moving[1, k]:
+                    lo, hi = min(lo, spans.moving[0, k]), max(hi, spans.moving[1, k])
+            else:
+                for i in range(g, m - g):
+                    if still[k * m + i] == 0.0:
+                        lo, hi = min(lo, i), max(hi, i + 1)
+        lo, hi = max(lo, g), min(hi, m - g)
+        spans.stepped[0, j] = spans.stepped[1, j] = 0
+        if lo < hi:
+            spans.stepped[0, j], spans.stepped[1, j] = lo, hi
+            first, last, cells = min(first, j), j, cells + hi - lo
+            if spans.wet[0, j] < spans.wet[1, j]:
+                lo, hi = min(lo, spans.wet[0, j]), max(hi, spans.wet[1, j])
+            spans.wet[0, j], spans.wet[1, j] = lo, hi
+    return first, last, cells
+
+
+@kernel()
+def copy_surroundings(source: Fields, target: Fields, spans: NDArray, grid: Grid, first: int, last: int) -> None:
+    """Copy the cells beside the spans that a stage reads but does not step."""
+    m = grid.stride
+    for j in range(max(first - GHOSTS, 0), min(last + GHOSTS, grid.rows - 1) + 1):
+        a, b = hull(spans, j - GHOSTS, j + GHOSTS)
+        lo, hi = max(a - GHOSTS, 0), min(b + GHOSTS, m)
+        inner, outer = (spans[0, j], spans[1, j]) if spans[0, j] < spans[1, j] else (hi, hi)
+        for start, stop in ((lo, inner), (outer, hi)):
+            for i in range(j * m + start, j * m + stop):
+                target.h[i], target.u[i], target.v[i] = source.h[i], source.u[i], source.v[i]

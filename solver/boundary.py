@@ -1,0 +1,132 @@
+"""The four sides of the domain: ghost cells, what faces on the boundary may carry, and the ledger of it."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solver.compiled import kernel
+from solver.riemann import Fluxes
+
+GHOSTS = 2
+OPEN, WALL, NO_SLIP, DEPTH = 0, 1, 2, 3
+
+
+class Grid(NamedTuple):
+    """The padded lattice: number of rows, length of a row in memory, spacings in m."""
+
+    rows: int
+    stride: int
+    dx: float
+    dy: float
+
+
+class Fields(NamedTuple):
+    """Depth (m) and velocity (m s-1), flat arrays of the padded lattice."""
+
+    h: NDArray[np.float64]
+    u: NDArray[np.float64]
+    v: NDArray[np.float64]
+
+
+class Sides(NamedTuple):
+    """Kind and given depth (m) of the sides x_min, x_max, y_min, y_max, arrays of shape (4,)."""
+
+    kind: NDArray[np.int64]
+    depth: NDArray[np.float64]
+
+
+@kernel()
+def ghosts_beyond(h: NDArray, n: NDArray, t: NDArray, cell: int, outward: int, kind: int, depth: float) -> None:
+    """Fill the ghosts beyond one outermost cell.
+
+    Parameters
+    ----------
+    h, n, t : flat arrays
+        Depth, velocity along the line through the side and across it.
+    cell, outward : int
+        Index of the cell and distance in memory to the first ghost.
+    kind : int
+        OPEN and DEPTH continue the velocity; WALL mirrors the normal, NO_SLIP both velocities.
+    depth : float
+        Depth outside a DEPTH side, m.
+    """
+    for k in range(GHOSTS):
+        ghost, mirror = cell + (k + 1) * outward, cell - k * outward
+        if kind == WALL or kind == NO_SLIP:
+            h[ghost], n[ghost] = h[mirror], -n[mirror]
+            t[ghost] = t[mirror] if kind == WALL else -t[mirror]
+        else:
+            h[ghost], n[ghost], t[ghost] = h[cell] if kind == OPEN else depth, n[cell], t[cell]
+
+
+@kernel()
+def fill_ghosts(now: Fields, sides: Sides, grid: Grid, first: int, last: int) -> None:
+    """Fill the ghost cells of rows ``first`` to ``last``, and the ghost rows where these are near y_min or y_max."""
+    h, u, v = now
+    m, rows = grid.stride, grid.rows
+    kind, depth = sides
+    for j in range(max(first - GHOSTS, 0), min(last + GHOSTS, rows - 1) + 1):
+        ghosts_beyond(h, u, v, j * m + GHOSTS, -1, kind[0], depth[0])
+        ghosts_beyond(h, u, v, j * m + m - GHOSTS - 1, 1, kind[1], depth[1])
+    if first < 2 * GHOSTS:
+        for i in range(m):
+            ghosts_beyond(h, v, u, GHOSTS * m + i, -m, kind[2], depth[2])
+    if last >= rows - 2 * GHOSTS:
+        for i in range(m):
+            ghosts_beyond(h, v, u, (rows - GHOSTS - 1) * m + i, m, kind[3], depth[3])
+
+
+@kernel()
+def restrict(
+    fluxes: Fluxes, at: int, h: NDArray, n: NDArray, t: NDArray, beta: NDArray, cell: int, count: int, kind: int,
+    outward: float,
+) -> None:
+    """Impose on boundary faces what their side allows.
+
+    Nothing enters through an OPEN side. At a NO_SLIP side the HLL flux between the flow and its mirror
+    image, whose tangential velocity is opposite, takes tangential momentum out.
+
+    Parameters
+    ----------
+    fluxes, at
+        Fluxes, changed in place, and the index of the first boundary face.
+    h, n, t, beta : flat arrays
+        Depth (m), normal and tangential velocity (m s-1), g cos(xi) K (m s-2).
+    cell, count, kind : int
+        Index of the first cell inside, number of faces, kind of the side.
+    outward : float
+        Sign of the outward direction along the face normal.
+    """
+    for k in range(count):
+        f, i = at + k, cell + k
+        if kind == OPEN and outward * fluxes.mass[f] < 0.0:
+            fluxes.mass[f] = fluxes.normal[f] = fluxes.tangential[f] = 0.0
+        elif kind == NO_SLIP:
+            fluxes.tangential[f] = outward * (abs(n[i]) + math.sqrt(beta[i] * h[i])) * h[i] * t[i]
+
+
+@kernel()
+def account(mass: NDArray, at: int, count: int, outward: float, share: float, ledger: NDArray) -> None:
+    """Add what boundary faces carry to the ledger.
+
+    Parameters
+    ----------
+    mass : flat array
+        Flux of depth, m2 s-1, the first face at index ``at``.
+    outward : float
+        Sign of the outward direction.
+    share : float
+        Face length times the stage's share of the time step, m s.
+    ledger : (2,) array
+        Volumes that came in and left, m3, changed in place.
+    """
+    for k in range(at, at + count):
+        leaving = outward * mass[k]
+        if leaving > 0.0:
+            ledger[1] += share * leaving
+        else:
+            ledger[0] -= share * leaving

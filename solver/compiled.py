@@ -1,0 +1,58 @@
+"""How kernels are compiled: ahead of nothing, cached on disk, keyed by the source of the whole package."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import tempfile
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numba
+
+
+@cache
+def cache_directory() -> Path:
+    """Folder of the compiled kernels.
+
+    Numba does not notice a change in a function of another module, so the folder is named by a digest of
+    all of this package's source.
+    """
+    here = Path(__file__).parent
+    digest = hashlib.sha256(b"".join(path.read_bytes() for path in sorted(here.glob("*.py")))).hexdigest()[:16]
+    for parent in (here / "__pycache__", Path(tempfile.gettempdir()) / f"lmls-{os.getuid()}"):
+        folder = parent / f"kernels-{digest}"
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError:
+            continue
+        if os.access(folder, os.W_OK):
+            return folder
+    raise OSError("no writable folder for compiled kernels")
+
+
+def kernel(fastmath: bool = True) -> Callable[[Callable[..., Any]], Any]:
+    """Decorate a function to be compiled by Numba.
+
+    NumPy's error model (a division by zero gives inf) lets loops vectorise. Of fast mathematics only the
+    assumptions that no NaN occurs and that zeros have no sign are taken: contraction or reassociation
+    would break the mirror symmetry of results to the last bit.
+
+    Parameters
+    ----------
+    fastmath : bool
+        False for the functions that look for NaN.
+    """
+    flags = {"nnan", "nsz"} if fastmath else False
+
+    def compile_(function: Callable[..., Any]) -> Any:
+        before = numba.config.CACHE_DIR
+        numba.config.CACHE_DIR = str(cache_directory())
+        try:
+            return numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=flags)(function)
+        finally:
+            numba.config.CACHE_DIR = before
+
+    return compile_

@@ -1,0 +1,76 @@
+"""The HLL flux through a run of faces."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solver.compiled import kernel
+from solver.reconstruction import FaceValues
+
+
+class Fluxes(NamedTuple):
+    """Fluxes through faces, flat arrays.
+
+    mass : of depth, m2 s-1. normal, tangential : convective, of h n and h t, m3 s-2.
+    pressure : HLL mean of h^2 / 2, m2, to be multiplied by the beta of the cell that feels it.
+    """
+
+    mass: NDArray[np.float64]
+    normal: NDArray[np.float64]
+    tangential: NDArray[np.float64]
+    pressure: NDArray[np.float64]
+
+
+@kernel()
+def hll(
+    low: FaceValues, low_at: int, high: FaceValues, high_at: int, beta: NDArray, still: NDArray, cell: int,
+    neighbour: int, count: int, dry: float, out: Fluxes, to: int,
+) -> None:
+    """Fluxes through faces between cells on their low side and cells on their high side.
+
+    The pressure is given without its factor beta: each cell multiplies it by its own, so that a jump of the
+    earth-pressure coefficient exerts no force by itself. A face between two still cells carries no mass.
+
+    Parameters
+    ----------
+    low, low_at, high, high_at
+        Values of the cells on the two sides and the index of the first of them.
+    beta : flat array
+        g cos(xi) K in the direction of the normal (eq. 7), m s-2.
+    still : flat array
+        1 where a cell is dry or held by friction, else 0.
+    cell, neighbour, count : int
+        Index of the first cell on the low side, distance to the one on the high side, number of faces.
+    dry : float
+        Depth up to which a side counts as dry, m.
+    out : Fluxes
+        Filled from index ``to`` on.
+    """
+    step = np.uint64(neighbour)
+    for k in range(count):
+        k_ = np.uint64(k)
+        l, r, i, o = np.uint64(low_at) + k_, np.uint64(high_at) + k_, np.uint64(cell) + k_, np.uint64(to) + k_
+        a, b = low.h_high[l], high.h_low[r]
+        p, q = low.n_high[l], high.n_low[r]
+        s, t = low.t_high[l], high.t_low[r]
+        c_a, c_b = math.sqrt(beta[i] * a), math.sqrt(beta[i + step] * b)
+        first, second = p - c_a if a > dry else q - 2.0 * c_b, q - c_b
+        slow = first if first < second else second
+        slow = slow if slow < 0.0 else 0.0
+        first, second = q + c_b if b > dry else p + 2.0 * c_a, p + c_a
+        fast = first if first > second else second
+        fast = fast if fast > 0.0 else 0.0
+        per = 1.0 / (fast - slow + 1e-300)
+        w_a, w_b = fast * per, -slow * per
+        w = (fast * slow) * per
+        is_open = 1.0 - still[i] * still[i + step]
+        ap, bq = a * p, b * q
+        through = is_open * (w_a * ap + w_b * bq + w * (b - a))
+        out.mass[o] = through
+        out.normal[o] = is_open * (w_a * (ap * p) + w_b * (bq * q) + w * (bq - ap))
+        out.tangential[o] = through * (s if through > 0.0 else t)
+        out.pressure[o] = 0.5 * (w_a * (a * a) + w_b * (b * b))

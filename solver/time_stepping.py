@@ -1,0 +1,132 @@
+"""SSP Runge-Kutta steps (eq. 14) of adaptive length, and the record of maxima."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solver.activity import Bed, Material, Spans, Status, classify, copy_surroundings, spread
+from solver.boundary import GHOSTS, Fields, Grid, Sides
+from solver.compiled import kernel
+from solver.weighted_residual import Buffers, stage
+
+# Weights of each stage's result in U = U_0 + part (U_k - U_0 + dt L(U_k)): eq. 14, and Heun's second-order scheme.
+SSP_RK3 = (1.0, 1 / 4, 2 / 3)
+SSP_RK2 = (1.0, 1 / 2)
+
+REACHED, AT_REST, OUT_OF_STEPS, NOT_FINITE, COLLAPSED = 0, 1, 2, 3, 4
+# A step this much shorter than the whole run counts as collapsed.
+SHORTEST_STEP = 1e-10
+
+
+class Record(NamedTuple):
+    """Over all time steps, flat arrays of the lattice without ghosts.
+
+    depth : largest, m. speed_squared : largest |u|^2, m2 s-2. momentum_flux : largest h |u|^2, m3 s-2.
+    arrival : first time with depth above the arrival depth, s, NaN before.
+    """
+
+    depth: NDArray[np.float64]
+    speed_squared: NDArray[np.float64]
+    momentum_flux: NDArray[np.float64]
+    arrival: NDArray[np.float64]
+
+
+class Progress(NamedTuple):
+    """What a run has used, arrays of shape (1,) or (2,) changed in place.
+
+    time : s. steps, cell_stages : counts. ledger : volumes in and out, m3. place : row and column of a failure.
+    """
+
+    time: NDArray[np.float64]
+    steps: NDArray[np.int64]
+    cell_stages: NDArray[np.int64]
+    ledger: NDArray[np.float64]
+    place: NDArray[np.int64]
+
+
+@kernel(fastmath=False)
+def record_run(
+    now: Fields, cell: int, count: int, film: float, threshold: float, time: float, record: Record, to: int
+) -> bool:
+    """Update the maxima of a run of cells; say whether all values are finite. Speeds count where depth exceeds film."""
+    bad = 0
+    for k in range(count):
+        i, o = np.uint64(cell) + np.uint64(k), np.uint64(to) + np.uint64(k)
+        h = now.h[i]
+        square = now.u[i] * now.u[i] + now.v[i] * now.v[i]
+        flux = h * square
+        bad |= 1 if flux - flux != 0.0 else 0
+        square = square if h > film else 0.0
+        record.depth[o] = h if h > record.depth[o] else record.depth[o]
+        record.speed_squared[o] = square if square > record.speed_squared[o] else record.speed_squared[o]
+        record.momentum_flux[o] = flux if flux > record.momentum_flux[o] else record.momentum_flux[o]
+        record.arrival[o] = time if (h > threshold) & (record.arrival[o] != record.arrival[o]) else record.arrival[o]
+    return bad == 0
+
+
+@kernel(fastmath=False)
+def record_maxima(
+    now: Fields, spans: NDArray, grid: Grid, film: float, threshold: float, record: Record, progress: Progress
+) -> bool:
+    """Update the maxima within the given spans (2, ny + 4); on a value that is not finite, note its place."""
+    m, g, time = grid.stride, GHOSTS, progress.time[0]
+    for j in range(g, grid.rows - g):
+        a, b = spans[0, j], spans[1, j]
+        if a < b and not record_run(now, j * m + a, b - a, film, threshold, time, record, (j - g) * (m - 2 * g) + a - g):
+            for i in range(a, b):
+                flux = now.h[j * m + i] * (now.u[j * m + i] ** 2 + now.v[j * m + i] ** 2)
+                if not math.isfinite(flux):
+                    progress.place[0], progress.place[1] = j - g, i - g
+                    return False
+    return True
+
+
+@kernel()
+def advance(
+    now: Fields, first_stage: Fields, second_stage: Fields, status: Status, bed: Bed, material: Material, sides: Sides,
+    grid: Grid, spans: Spans, buffers: Buffers, parts: tuple[float, ...], cfl: float,
+    target: float, end: float, max_steps: int, threshold: float, record: Record, progress: Progress,
+) -> int:
+    """Step until ``target`` (s); return why it stopped.
+
+    The last two steps before the target are of equal length, so that no sliver of a step is left.
+    """
+    stages = len(parts)
+    while progress.time[0] < target:
+        rate = classify(now, status, bed, material, sides, grid, spans)
+        first, last, cells = spread(spans, status.still, grid)
+        if first > last:
+            return AT_REST
+        if progress.steps[0] >= max_steps:
+            return OUT_OF_STEPS
+        remaining = target - progress.time[0]
+        dt = cfl / rate if rate > 0.0 else remaining
+        if dt < SHORTEST_STEP * end:
+            return COLLAPSED
+        if dt >= remaining:
+            dt = remaining
+        elif 2.0 * dt > remaining:
+            dt = 0.5 * remaining
+        copy_surroundings(now, first_stage, spans.stepped, grid, first, last)
+        copy_surroundings(now, second_stage, spans.stepped, grid, first, last)
+        source = now
+        for k in range(stages):
+            share = 1.0
+            for n in range(k, stages):
+                share *= parts[n]
+            out = now if k == stages - 1 else (first_stage if k % 2 == 0 else second_stage)
+            stage(
+                now, source, out, status, bed, material, sides, grid, spans.stepped, first, last, parts[k], share,
+                dt, buffers, progress.ledger,
+            )
+            source = out
+        progress.time[0] = target if dt == remaining else progress.time[0] + dt
+        progress.steps[0] += 1
+        progress.cell_stages[0] += stages * cells
+        if not record_maxima(now, spans.stepped, grid, material.film, threshold, record, progress):
+            return NOT_FINITE
+    return REACHED

@@ -1,0 +1,239 @@
+"""The weighted-residual (conservative) form of LMLS on a lattice.
+
+Testing eq. 12 with the indicator function of a point's control volume gives
+
+    V dU/dt = - sum over faces of (length F*) + V S,
+
+with F* the HLL flux between the LMLS reconstructions on both sides of a face. Arrays are flat, row after row
+along x, padded by two ghost cells on every side; indices in inner loops are unsigned, since a negative one
+would have to wrap around and loops would not vectorise. Only cells whose state can change in a step are
+visited: a span of each row, found at the start of the step in `solver.activity`.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solver.activity import HOLDS, Bed, Material, Status, hull
+from solver.boundary import GHOSTS, Fields, Grid, Sides, account, fill_ghosts, restrict
+from solver.compiled import kernel
+from solver.reconstruction import FaceValues, face_values
+from solver.riemann import Fluxes, hll
+
+# What a cell must keep in one stage, as a share of its depth, so that round-off cannot make it negative.
+SPARE = 1e-12
+# Rows held in the ring of fluxes.
+RING = 4
+
+
+class Buffers(NamedTuple):
+    """Scratch rows, reused by every stage.
+
+    along, across : face values of one row along x, and of two rows along y.
+    x_fluxes, y_fluxes : ring of rows; the face with the index of a cell is the one before it along x, and the
+    one after it along y.
+    keep : ring of rows of the share of its outflow that a cell can afford.
+    """
+
+    along: FaceValues
+    across: FaceValues
+    x_fluxes: Fluxes
+    y_fluxes: Fluxes
+    keep: NDArray[np.float64]
+
+
+@kernel()
+def afford(
+    h: NDArray, cell: int, count: int, x_mass: NDArray, west: int, y_mass: NDArray, south: int, north: int,
+    dt: float, grid: Grid, keep: NDArray, to: int,
+) -> bool:
+    """Share of its outflow that each cell of a row can afford in dt (s) without drying out.
+
+    Parameters
+    ----------
+    h : flat array
+        Depth, m.
+    x_mass, west, y_mass, south, north
+        Mass fluxes (m2 s-1) and the indices of the first cell's faces.
+    keep, to
+        Filled from index ``to`` on.
+
+    Returns
+    -------
+    bool
+        True if some cell cannot afford all of it.
+    """
+    over_x, over_y = dt / grid.dx, dt / grid.dy
+    short = 0
+    for k in range(count):
+        i = np.uint64(k)
+        w, e = x_mass[np.uint64(west) + i], x_mass[np.uint64(west + 1) + i]
+        s, n = y_mass[np.uint64(south) + i], y_mass[np.uint64(north) + i]
+        out_x = (e if e > 0.0 else 0.0) - (w if w < 0.0 else 0.0)
+        out_y = (n if n > 0.0 else 0.0) - (s if s < 0.0 else 0.0)
+        loss, most = out_x * over_x + out_y * over_y, (1.0 - SPARE) * h[np.uint64(cell) + i]
+        share = most / (loss if loss > most else most + 1e-300)
+        keep[np.uint64(to) + i] = share if loss > most else 1.0
+        short |= 1 if loss > most else 0
+    return short != 0
+
+
+@kernel()
+def scale(fluxes: Fluxes, at: int, keep: NDArray, low: int, high: int, count: int) -> None:
+    """Multiply mass and momentum fluxes by the share that the cell they leave can afford; the pressure stays."""
+    for k in range(count):
+        share = keep[low + k] if fluxes.mass[at + k] > 0.0 else keep[high + k]
+        fluxes.mass[at + k] *= share
+        fluxes.normal[at + k] *= share
+        fluxes.tangential[at + k] *= share
+
+
+@kernel()
+def update_row(
+    start: Fields, now: Fields, out: Fields, status: Status, bed: Bed, material: Material, cell: int, column: int,
+    count: int, stride: int, x_fluxes: Fluxes, west: int, y_fluxes: Fluxes, south: int, north: int,
+    part: float, dt: float, grid: Grid,
+) -> None:
+    """Update a run of cells: ``U = U_0 + part (U_1 - U_0 + dt L(U_1))``, then friction over ``part dt``.
+
+    The convex combination comes first, then friction as a force of at most
+    ``h tan(delta) max(0, g cos xi + kappa u^2)`` against the motion, so that it stops a cell exactly. Turbulent
+    drag is added to it implicitly, which makes the terminal velocity exact.
+
+    Parameters
+    ----------
+    start, now, out : Fields
+        U_0, U_1 and the result; ``out`` may be ``start``.
+    cell, column, count, stride : int
+        Index of the first cell, its column, number of cells, row length.
+    x_fluxes, west, y_fluxes, south, north
+        Fluxes and the indices of the first cell's faces.
+    """
+    over_x, over_y = 1.0 / grid.dx, 1.0 / grid.dy
+    film, dry, step = material.film, material.dry, part * dt
+    one, row = np.uint64(1), np.uint64(stride)
+    for k in range(count):
+        k_ = np.uint64(k)
+        i, c = np.uint64(cell) + k_, np.uint64(column) + k_
+        w, s, n = np.uint64(west) + k_, np.uint64(south) + k_, np.uint64(north) + k_
+        e = w + one
+        h_0, h_1 = start.h[i], now.h[i]
+        gain = (x_fluxes.mass[w] - x_fluxes.mass[e]) * over_x + (y_fluxes.mass[s] - y_fluxes.mass[n]) * over_y
+        gain_u = (x_fluxes.normal[w] - x_fluxes.normal[e]) * over_x
+        gain_u += (y_fluxes.tangential[s] - y_fluxes.tangential[n]) * over_y
+        gain_u += status.beta_x[i] * (x_fluxes.pressure[w] - x_fluxes.pressure[e]) * over_x + bed.along[c] * h_1
+        gain_v = (x_fluxes.tangential[w] - x_fluxes.tangential[e]) * over_x
+        gain_v += (y_fluxes.normal[s] - y_fluxes.normal[n]) * over_y
+        gain_v += status.beta_y[i] * (y_fluxes.pressure[s] - y_fluxes.pressure[n]) * over_y
+        hu, hv = h_0 * start.u[i], h_0 * start.v[i]
+        h = h_0 + part * ((h_1 - h_0) + dt * gain)
+        hu += part * ((h_1 * now.u[i] - hu) + dt * gain_u)
+        hv += part * ((h_1 * now.v[i] - hv) + dt * gain_v)
+        floor = h if h > film else film
+        per_depth = 2.0 * h / (h * h + floor * floor)
+        per_depth = per_depth if h > dry else 0.0
+        u, v = hu * per_depth, hv * per_depth
+        speed = math.sqrt(u * u + v * v)
+        load = bed.normal[c] + bed.curvature[c] * (u * u)
+        load = load if load > 0.0 else 0.0
+        brake = step * material.tangent * load * (h_1 * per_depth)
+        left = speed - brake
+        left = left if speed > brake * HOLDS else 0.0
+        if material.drag > 0.0:
+            left = 2.0 * left / (1.0 + math.sqrt(1.0 + 4.0 * (step * material.drag * per_depth) * left))
+        slowed = left / (speed + 1e-300)
+        held = status.still[i] * status.still[i - one] * status.still[i + one]
+        held *= status.still[i - row] * status.still[i + row]
+        slowed *= 1.0 - held
+        out.h[i], out.u[i], out.v[i] = h, u * slowed, v * slowed
+
+
+@kernel()
+def stage(
+    start: Fields, now: Fields, out: Fields, status: Status, bed: Bed, material: Material, sides: Sides, grid: Grid,
+    spans: NDArray, first: int, last: int, part: float, share: float, dt: float, buffers: Buffers, ledger: NDArray,
+) -> None:
+    """One Runge-Kutta stage over the spans to be stepped.
+
+    Parameters
+    ----------
+    start, now, out : Fields
+        State at the start of the step, of this stage, and to be filled; ``out`` may be ``start``.
+    spans, first, last
+        Cells and rows to be stepped, from `solver.activity.spread`.
+    part : float
+        Weight of this stage's result in the convex combination with ``start``.
+    share : float
+        Weight of this stage's fluxes in the whole step, for the ledger.
+    dt : float
+        Time step, s.
+    ledger : (2,) array
+        Volumes that came in and left, m3.
+    """
+    m, dry = grid.stride, material.dry
+    along, across, x_fluxes, y_fluxes, keep = buffers
+    fill_ghosts(now, sides, grid, first, last)
+    short_before = False
+    for j in range(first - 1, last + 2):
+        for k in range(j if j < first else j + 1, j + 2):
+            a, b = hull(spans, k - 1, k + 1)
+            face_values(now.h, now.v, now.u, k * m + a, m, b - a, dry, across, (k % 2) * m + a)
+        ring, below = (j % RING) * m, ((j - 1) % RING) * m
+        a, b = hull(spans, j, j + 1)
+        hll(
+            across, (j % 2) * m + a, across, ((j + 1) % 2) * m + a, status.beta_y, status.still,
+            j * m + a, m, b - a, dry, y_fluxes, ring + a,
+        )
+        if j == GHOSTS - 1:
+            restrict(y_fluxes, ring + a, now.h, now.v, now.u, status.beta_y, (j + 1) * m + a, b - a, sides.kind[2], -1.0)
+        if j == grid.rows - GHOSTS - 1:
+            restrict(y_fluxes, ring + a, now.h, now.v, now.u, status.beta_y, j * m + a, b - a, sides.kind[3], 1.0)
+        short = False
+        a, b = spans[0, j], spans[1, j]
+        if a < b:
+            face_values(now.h, now.u, now.v, j * m + a - 1, 1, b - a + 2, dry, along, a - 1)
+            hll(
+                along, a - 1, along, a, status.beta_x, status.still, j * m + a - 1, 1, b - a + 1, dry,
+                x_fluxes, ring + a,
+            )
+            if a == GHOSTS:
+                restrict(x_fluxes, ring + a, now.h, now.u, now.v, status.beta_x, j * m + a, 1, sides.kind[0], -1.0)
+            if b == m - GHOSTS:
+                restrict(x_fluxes, ring + b, now.h, now.u, now.v, status.beta_x, j * m + b - 1, 1, sides.kind[1], 1.0)
+            short = afford(
+                now.h, j * m + a, b - a, x_fluxes.mass, ring + a, y_fluxes.mass, below + a, ring + a, dt, grid,
+                keep, ring + a,
+            )
+            if short:
+                # beyond the ends of a span faces are closed or on the boundary
+                keep[ring + a - 1] = keep[ring + b] = 1.0
+                scale(x_fluxes, ring + a, keep, ring + a - 1, ring + a, b - a + 1)
+            if a == GHOSTS:
+                account(x_fluxes.mass, ring + a, 1, -1.0, share * dt * grid.dy, ledger)
+            if b == m - GHOSTS:
+                account(x_fluxes.mass, ring + b, 1, 1.0, share * dt * grid.dy, ledger)
+        if short or short_before:
+            a, b = hull(spans, j - 1, j)
+            for row in (j - 1, j):
+                lo, hi = (spans[0, row], spans[1, row]) if spans[0, row] < spans[1, row] else (b, b)
+                keep[(row % RING) * m + a : (row % RING) * m + lo] = 1.0
+                keep[(row % RING) * m + hi : (row % RING) * m + b] = 1.0
+            scale(y_fluxes, below + a, keep, below + a, ring + a, b - a)
+        short_before = short
+        row = j - 1
+        a, b = spans[0, row], spans[1, row]
+        if row < first or a >= b:
+            continue
+        south = ((row - 1) % RING) * m + a
+        update_row(
+            start, now, out, status, bed, material, row * m + a, a, b - a, m, x_fluxes, below + a,
+            y_fluxes, south, below + a, part, dt, grid,
+        )
+        if row == GHOSTS:
+            account(y_fluxes.mass, south, b - a, -1.0, share * dt * grid.dx, ledger)
+        if row == grid.rows - GHOSTS - 1:
+            account(y_fluxes.mass, below + a, b - a, 1.0, share * dt * grid.dx, ledger)
