@@ -28,13 +28,12 @@ class Material(NamedTuple):
 
     tangent : tan(delta). drag : g / turbulent friction, 0 for dry friction, dimensionless.
     pressure : the six earth-pressure coefficients, in the order of `PressureCoefficients`.
-    film, dry : depths in m below which velocity is desingularised, and up to which a cell counts as dry.
+    dry : depth up to which a cell counts as dry and does not move, m.
     """
 
     tangent: float
     drag: float
     pressure: tuple[float, float, float, float, float, float]
-    film: float
     dry: float
 
 
@@ -79,7 +78,8 @@ def classify_run(
     """Set earth pressure and stillness of a run of cells, and raise the wave rate of their columns.
 
     A cell is still if it is dry, or at rest with ``|(beta_x h_x - g sin xi, beta_y h_y)|`` at most
-    ``g cos xi tan delta``. A dry neighbour has no velocity of its own and does not make a gradient.
+    ``g cos xi tan delta`` at each of its faces: were it asked of the whole cell alone, a spike one cell wide
+    would hold. A dry neighbour has no velocity of its own and does not make a velocity gradient.
     """
     x_a, x_p, y_aa, y_ap, y_pa, y_pp = material.pressure
     h, u, v = now
@@ -97,11 +97,17 @@ def classify_run(
         k_active, k_passive = y_aa if extends_y else y_ap, y_pa if extends_y else y_pp
         b_x, b_y = bed.normal[c] * k_x, bed.normal[c] * (k_active if extends_x else k_passive)
         status.beta_x[i], status.beta_y[i] = b_x, b_y
-        drive_x = b_x * (h[e] - h[w]) * (0.5 * over_x) - bed.along[c]
-        drive_y = b_y * (h[n] - h[s]) * (0.5 * over_y)
+        # the slope at each face, with that of the whole cell in the other direction
+        pull = bed.along[c]
+        back_x, forth_x = b_x * (h[i] - h[w]) * over_x - pull, b_x * (h[e] - h[i]) * over_x - pull
+        back_y, forth_y = b_y * (h[i] - h[s]) * over_y, b_y * (h[n] - h[i]) * over_y
+        mean_x, mean_y = 0.5 * (back_x + forth_x), 0.5 * (back_y + forth_y)
+        steep_x = back_x * back_x if abs(back_x) > abs(forth_x) else forth_x * forth_x
+        steep_y = back_y * back_y if abs(back_y) > abs(forth_y) else forth_y * forth_y
         limit = bed.normal[c] * limit_per_load
+        limit *= limit
         square = u[i] * u[i] + v[i] * v[i]
-        held = (drive_x * drive_x + drive_y * drive_y <= limit * limit) & (square == 0.0)
+        held = (steep_x + mean_y * mean_y <= limit) & (mean_x * mean_x + steep_y <= limit) & (square == 0.0)
         status.still[i] = 1.0 if held | (not wet) else 0.0
         this = (abs(u[i]) + math.sqrt(b_x * h[i])) * over_x + (abs(v[i]) + math.sqrt(b_y * h[i])) * over_y
         this = this if wet else 0.0
@@ -208,6 +214,24 @@ def spread(spans: Spans, still: NDArray, grid: Grid) -> tuple[int, int, int]:
                 lo, hi = min(lo, spans.wet[0, j]), max(hi, spans.wet[1, j])
             spans.wet[0, j], spans.wet[1, j] = lo, hi
     return first, last, cells
+
+
+@kernel()
+def moving_volume_exceeds(h: NDArray, still: NDArray, spans: Spans, grid: Grid, volume: float) -> bool:
+    """Whether cells that are not still hold more than a volume, m3, or a given depth drives a side."""
+    m, depth = grid.stride, volume / (grid.dx * grid.dy)
+    for j in range(GHOSTS, grid.rows - GHOSTS):
+        for i in range(j * m + spans.moving[0, j], j * m + spans.moving[1, j]):
+            if still[i] == 0.0:
+                depth -= h[i]
+                if depth < 0.0:
+                    return True
+        if still[j * m + GHOSTS - 1] == 0.0 or still[j * m + m - GHOSTS] == 0.0:
+            return True
+    for i in range(GHOSTS, m - GHOSTS):
+        if still[(GHOSTS - 1) * m + i] == 0.0 or still[(grid.rows - GHOSTS) * m + i] == 0.0:
+            return True
+    return False
 
 
 @kernel()

@@ -11,6 +11,13 @@ from pathlib import Path
 from typing import Any
 
 import numba
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+# the settings of numba are made at run time
+config: Any = numba.config
 
 
 @cache
@@ -21,7 +28,9 @@ def cache_directory() -> Path:
     all of this package's source.
     """
     here = Path(__file__).parent
-    digest = hashlib.sha256(b"".join(path.read_bytes() for path in sorted(here.glob("*.py")))).hexdigest()[:16]
+    digest = hashlib.sha256(b"".join(path.read_bytes() for path in sorted(here.glob("*.py")))).hexdigest()[
+        :16
+    ]
     for parent in (here / "__pycache__", Path(tempfile.gettempdir()) / f"lmls-{os.getuid()}"):
         folder = parent / f"kernels-{digest}"
         try:
@@ -48,11 +57,11 @@ def kernel(fastmath: bool = True) -> Callable[[Callable[..., Any]], Any]:
     flags = {"nnan", "nsz"} if fastmath else False
 
     def compile_(function: Callable[..., Any]) -> Any:
-        before = numba.config.CACHE_DIR
-        numba.config.CACHE_DIR = str(cache_directory())
+        before = config.CACHE_DIR
+        config.CACHE_DIR = str(cache_directory())
         try:
             return numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=flags)(function)
         finally:
-            numba.config.CACHE_DIR = before
+            config.CACHE_DIR = before
 
     return compile_

@@ -33,7 +33,9 @@ def moments(points: Array, widths: Array, degree: int) -> Array:
     return np.asarray(integrals / widths[:, None], dtype=np.float64)
 
 
-def shape_functions(points: Array, at: float, degree: int, width: float = 0.0, weight_shape: float = 9.0) -> Array:
+def shape_functions(
+    points: Array, at: float, degree: int, width: float = 0.0, weight_shape: float = 9.0
+) -> Array:
     """Weights that give the LMLS approximation at one place from the values at the support (eq. 23).
 
     The basis is the local scaled monomials ``((x - at) / r)^k``, the weight the Gaussian

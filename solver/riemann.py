@@ -33,7 +33,8 @@ def hll(
     """Fluxes through faces between cells on their low side and cells on their high side.
 
     The pressure is given without its factor beta: each cell multiplies it by its own, so that a jump of the
-    earth-pressure coefficient exerts no force by itself. A face between two still cells carries no mass.
+    earth-pressure coefficient exerts no force by itself. Nothing leaves a still cell; otherwise HLL's
+    diffusion would make a heap creep, and cells that lean against a heap would never come to rest.
 
     Parameters
     ----------
@@ -67,10 +68,20 @@ def hll(
         per = 1.0 / (fast - slow + 1e-300)
         w_a, w_b = fast * per, -slow * per
         w = (fast * slow) * per
-        is_open = 1.0 - still[i] * still[i + step]
         ap, bq = a * p, b * q
-        through = is_open * (w_a * ap + w_b * bq + w * (b - a))
+        through = w_a * ap + w_b * bq + w * (b - a)
+        # nothing leaves a still cell: what flows toward it enters, and leans on it if it is wet
+        from_b = through < 0.0
+        still_a, still_b = still[i], still[i + step]
+        held, moves = (still_b if from_b else still_a) > 0.0, (still_a if from_b else still_b) == 0.0
+        depth, speed = a if from_b else b, p if from_b else q
+        inward = speed > 0.0 if from_b else speed < 0.0
+        entering = depth * speed if inward & moves else 0.0
+        impulse = w_a * (ap * p) + w_b * (bq * q) + w * (bq - ap)
+        pressed = w_a * (a * a) + w_b * (b * b)
+        leans = held & ((b if from_b else a) > dry)
+        through = entering if held else through
         out.mass[o] = through
-        out.normal[o] = is_open * (w_a * (ap * p) + w_b * (bq * q) + w * (bq - ap))
+        out.normal[o] = entering * speed if held else impulse
         out.tangential[o] = through * (s if through > 0.0 else t)
-        out.pressure[o] = 0.5 * (w_a * (a * a) + w_b * (b * b))
+        out.pressure[o] = 0.5 * (depth * depth if leans else pressed)

@@ -23,8 +23,6 @@ from solver.weighted_residual import RING, Buffers
 
 Array = NDArray[np.float64]
 Side = Literal["open", "wall", "no-slip"] | float
-# Depth up to which a cell counts as dry, relative to the film depth.
-DRY_SHARE = 1e-4
 
 
 @dataclass(frozen=True)
@@ -41,12 +39,14 @@ class Boundaries:
 class Scheme:
     """Numerical choices of the weighted-residual form.
 
-    cfl : Courant number of the unsplit step.
-    film_depth : depth below which velocity is desingularised, relative to the largest initial depth.
+    cfl : Courant number of the unsplit step, ``dt max((|u| + c_x)/dx + (|v| + c_y)/dy)``.
+    wet_limit : depth up to which a cell counts as dry and does not move, as part of the largest initial depth.
+    rest_share : share of the released volume that may still move in a run that counts as at rest.
     """
 
     cfl: float = 0.9
-    film_depth: float = 1e-4
+    wet_limit: float = 1e-4
+    rest_share: float = 1e-4
 
 
 @dataclass(frozen=True)
@@ -170,6 +170,7 @@ def simulate(
             outcome = run.advance(time, max_steps)
         if outcome == time_stepping.AT_REST and np.isnan(rest_time):
             rest_time = run.time
+            run.settle()
         if outcome == time_stepping.AT_REST and not stop_at_rest:
             run.progress.time[0] = time
         if outcome not in (time_stepping.REACHED, time_stepping.AT_REST):
@@ -215,11 +216,11 @@ class _Run:
         if (initial[0] < 0).any():
             raise ValueError("initial depth must not be negative")
         deepest = max(initial[0].max(), self.sides.depth.max())
-        film = scene.scheme.film_depth * deepest
+        dry = scene.scheme.wet_limit * deepest
         friction = scene.friction
         drag = scene.gravity / friction.turbulent_friction if isinstance(friction, Voellmy) else 0.0
         coefficients = scene.earth_pressure.coefficients()
-        self.material = Material(friction.tangent, drag, tuple(coefficients), film, DRY_SHARE * film)
+        self.material = Material(friction.tangent, drag, coefficients, dry)
         self.bed = self._bed()
         wet = initial[0] > self.material.dry
         self.now = Fields(*(np.pad(np.where(wet | (k == 0), a, 0.0), GHOSTS).ravel() for k, a in enumerate(initial)))
@@ -241,7 +242,8 @@ class _Run:
         self.progress = Progress(
             np.zeros(1), np.zeros(1, np.int64), np.zeros(1, np.int64), np.zeros(2), np.full(2, -1, np.int64)
         )
-        record_maxima(self.now, self.spans.wet, self.grid, film, arrival_depth, self.record, self.progress)
+        self.rest_volume = scene.scheme.rest_share * self.volume
+        record_maxima(self.now, self.spans.wet, self.grid, dry, arrival_depth, self.record, self.progress)
 
     def _bed(self) -> Bed:
         lattice, g = self.scene.lattice, self.scene.gravity
@@ -259,10 +261,14 @@ class _Run:
             time_stepping.advance(
                 self.now, *self.stages, self.status, self.bed, self.material, self.sides, self.grid, self.spans,
                 self.buffers, time_stepping.SSP_RK3, scheme.cfl, target, self.end,
-                np.iinfo(np.int64).max if max_steps is None else max_steps, self.arrival_depth,
+                np.iinfo(np.int64).max if max_steps is None else max_steps, self.rest_volume, self.arrival_depth,
                 self.record, self.progress,
             )
         )
+
+    def settle(self) -> None:
+        """Stop what little still moves."""
+        self.now.u[:] = self.now.v[:] = 0.0
 
     @property
     def time(self) -> float:

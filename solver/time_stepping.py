@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.activity import Bed, Material, Spans, Status, classify, copy_surroundings, spread
+from solver.activity import Bed, Material, Spans, Status, classify, copy_surroundings, moving_volume_exceeds, spread
 from solver.boundary import GHOSTS, Fields, Grid, Sides
 from solver.compiled import kernel
 from solver.weighted_residual import Buffers, stage
@@ -50,9 +50,9 @@ class Progress(NamedTuple):
 
 @kernel(fastmath=False)
 def record_run(
-    now: Fields, cell: int, count: int, film: float, threshold: float, time: float, record: Record, to: int
+    now: Fields, cell: int, count: int, dry: float, threshold: float, time: float, record: Record, to: int
 ) -> bool:
-    """Update the maxima of a run of cells; say whether all values are finite. Speeds count where depth exceeds film."""
+    """Update the maxima of a run of cells; say whether all values are finite. A dry cell has no speed."""
     bad = 0
     for k in range(count):
         i, o = np.uint64(cell) + np.uint64(k), np.uint64(to) + np.uint64(k)
@@ -60,7 +60,7 @@ def record_run(
         square = now.u[i] * now.u[i] + now.v[i] * now.v[i]
         flux = h * square
         bad |= 1 if flux - flux != 0.0 else 0
-        square = square if h > film else 0.0
+        square = square if h > dry else 0.0
         record.depth[o] = h if h > record.depth[o] else record.depth[o]
         record.speed_squared[o] = square if square > record.speed_squared[o] else record.speed_squared[o]
         record.momentum_flux[o] = flux if flux > record.momentum_flux[o] else record.momentum_flux[o]
@@ -70,13 +70,13 @@ def record_run(
 
 @kernel(fastmath=False)
 def record_maxima(
-    now: Fields, spans: NDArray, grid: Grid, film: float, threshold: float, record: Record, progress: Progress
+    now: Fields, spans: NDArray, grid: Grid, dry: float, threshold: float, record: Record, progress: Progress
 ) -> bool:
     """Update the maxima within the given spans (2, ny + 4); on a value that is not finite, note its place."""
     m, g, time = grid.stride, GHOSTS, progress.time[0]
     for j in range(g, grid.rows - g):
         a, b = spans[0, j], spans[1, j]
-        if a < b and not record_run(now, j * m + a, b - a, film, threshold, time, record, (j - g) * (m - 2 * g) + a - g):
+        if a < b and not record_run(now, j * m + a, b - a, dry, threshold, time, record, (j - g) * (m - 2 * g) + a - g):
             for i in range(a, b):
                 flux = now.h[j * m + i] * (now.u[j * m + i] ** 2 + now.v[j * m + i] ** 2)
                 if not math.isfinite(flux):
@@ -89,9 +89,9 @@ def record_maxima(
 def advance(
     now: Fields, first_stage: Fields, second_stage: Fields, status: Status, bed: Bed, material: Material, sides: Sides,
     grid: Grid, spans: Spans, buffers: Buffers, parts: tuple[float, ...], cfl: float,
-    target: float, end: float, max_steps: int, threshold: float, record: Record, progress: Progress,
+    target: float, end: float, max_steps: int, rest_volume: float, threshold: float, record: Record, progress: Progress,
 ) -> int:
-    """Step until ``target`` (s); return why it stopped.
+    """Step until ``target`` (s) or until at most ``rest_volume`` (m3) moves; return why it stopped.
 
     The last two steps before the target are of equal length, so that no sliver of a step is left.
     """
@@ -99,7 +99,7 @@ def advance(
     while progress.time[0] < target:
         rate = classify(now, status, bed, material, sides, grid, spans)
         first, last, cells = spread(spans, status.still, grid)
-        if first > last:
+        if first > last or not moving_volume_exceeds(now.h, status.still, spans, grid, rest_volume):
             return AT_REST
         if progress.steps[0] >= max_steps:
             return OUT_OF_STEPS
@@ -127,6 +127,6 @@ def advance(
         progress.time[0] = target if dt == remaining else progress.time[0] + dt
         progress.steps[0] += 1
         progress.cell_stages[0] += stages * cells
-        if not record_maxima(now, spans.stepped, grid, material.film, threshold, record, progress):
+        if not record_maxima(now, spans.stepped, grid, material.dry, threshold, record, progress):
             return NOT_FINITE
     return REACHED

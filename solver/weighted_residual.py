@@ -114,7 +114,7 @@ def update_row(
         Fluxes and the indices of the first cell's faces.
     """
     over_x, over_y = 1.0 / grid.dx, 1.0 / grid.dy
-    film, dry, step = material.film, material.dry, part * dt
+    dry, step = material.dry, part * dt
     one, row = np.uint64(1), np.uint64(stride)
     for k in range(count):
         k_ = np.uint64(k)
@@ -125,17 +125,19 @@ def update_row(
         gain = (x_fluxes.mass[w] - x_fluxes.mass[e]) * over_x + (y_fluxes.mass[s] - y_fluxes.mass[n]) * over_y
         gain_u = (x_fluxes.normal[w] - x_fluxes.normal[e]) * over_x
         gain_u += (y_fluxes.tangential[s] - y_fluxes.tangential[n]) * over_y
-        gain_u += status.beta_x[i] * (x_fluxes.pressure[w] - x_fluxes.pressure[e]) * over_x + bed.along[c] * h_1
+        free = 1.0 - (status.still[i] if h_0 > dry else 0.0)
+        drive_u = status.beta_x[i] * (x_fluxes.pressure[w] - x_fluxes.pressure[e]) * over_x + bed.along[c] * h_1
+        gain_u += free * drive_u
         gain_v = (x_fluxes.tangential[w] - x_fluxes.tangential[e]) * over_x
         gain_v += (y_fluxes.normal[s] - y_fluxes.normal[n]) * over_y
-        gain_v += status.beta_y[i] * (y_fluxes.pressure[s] - y_fluxes.pressure[n]) * over_y
+        gain_v += free * (status.beta_y[i] * (y_fluxes.pressure[s] - y_fluxes.pressure[n]) * over_y)
         hu, hv = h_0 * start.u[i], h_0 * start.v[i]
         h = h_0 + part * ((h_1 - h_0) + dt * gain)
         hu += part * ((h_1 * now.u[i] - hu) + dt * gain_u)
         hv += part * ((h_1 * now.v[i] - hv) + dt * gain_v)
-        floor = h if h > film else film
-        per_depth = 2.0 * h / (h * h + floor * floor)
-        per_depth = per_depth if h > dry else 0.0
+        wet = h > dry
+        per_depth = 1.0 / (h if wet else 1.0)
+        per_depth = per_depth if wet else 0.0
         u, v = hu * per_depth, hv * per_depth
         speed = math.sqrt(u * u + v * v)
         load = bed.normal[c] + bed.curvature[c] * (u * u)
@@ -146,9 +148,6 @@ def update_row(
         if material.drag > 0.0:
             left = 2.0 * left / (1.0 + math.sqrt(1.0 + 4.0 * (step * material.drag * per_depth) * left))
         slowed = left / (speed + 1e-300)
-        held = status.still[i] * status.still[i - one] * status.still[i + one]
-        held *= status.still[i - row] * status.still[i + row]
-        slowed *= 1.0 - held
         out.h[i], out.u[i], out.v[i] = h, u * slowed, v * slowed
 
 
