@@ -104,7 +104,7 @@ def build_scene(run: Run) -> Prepared:
         earth_pressure=solver_objects.earth_pressure(settings.material),
         gravity=settings.gravity,
         boundaries=Boundaries(_held(sides.x_min), _held(sides.x_max), _held(sides.y_min), _held(sides.y_max)),
-        scheme=Scheme(settings.scheme.cfl, settings.scheme.film_depth),
+        scheme=Scheme(settings.scheme.cfl, settings.scheme.wet_limit, settings.scheme.rest_share),
     )
     return Prepared(
         scene=scene,

@@ -105,8 +105,12 @@ class Scheme(Section):
 
     form: Literal["weighted-residual"] = key("the conservative form", default="weighted-residual")
     cfl: Annotated[float, Field(gt=0, le=1)] = key("Courant number of the time step", default=0.9)
-    film_depth: Annotated[float, Field(gt=0, lt=1)] = key(
-        "depth below which velocity is desingularised, as part of the largest initial depth", default=1e-4
+    wet_limit: Annotated[float, Field(gt=0, lt=1)] = key(
+        "depth up to which a cell counts as dry and does not move, as part of the largest initial depth",
+        default=1e-4,
+    )
+    rest_share: Annotated[float, Field(ge=0, lt=1)] = key(
+        "share of the released volume that may still move in a run that counts as at rest", default=1e-4
     )
 
 

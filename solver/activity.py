@@ -6,21 +6,20 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solver.boundary import DEPTH, GHOSTS, Fields, Grid, Sides, fill_ghosts
-from solver.compiled import kernel
+from solver.compiled import Array, Indices, kernel
 
 # Round-off allowed where a drive exactly at the friction limit must count as held (slope = friction angle).
 HOLDS = 1.0 + 1e-12
 
 
 class Bed(NamedTuple):
-    """Along x, padded shape (nx + 4,): g sin xi, g cos xi (m s-2) and the curvature kappa (m-1) that loads friction."""
+    """Along x, padded shape (nx + 4,): g sin xi, g cos xi (m s-2) and the curvature kappa (m-1)."""
 
-    along: NDArray[np.float64]
-    normal: NDArray[np.float64]
-    curvature: NDArray[np.float64]
+    along: Array
+    normal: Array
+    curvature: Array
 
 
 class Material(NamedTuple):
@@ -43,26 +42,26 @@ class Status(NamedTuple):
     beta_x, beta_y : g cos(xi) K (eq. 7), m s-2. still : 1 where dry or held by friction, else 0.
     """
 
-    beta_x: NDArray[np.float64]
-    beta_y: NDArray[np.float64]
-    still: NDArray[np.float64]
+    beta_x: Array
+    beta_y: Array
+    still: Array
 
 
 class Spans(NamedTuple):
-    """Half-open column ranges of each padded row, shape (2, ny + 4): wet cells, moving cells, cells to be stepped.
+    """Half-open column ranges of each padded row, shape (2, ny + 4): of wet, of moving, of stepped cells.
 
     rate : (nx + 4,) array, largest wave rate of each column in this step, s-1.
     """
 
-    wet: NDArray[np.int64]
-    moving: NDArray[np.int64]
-    stepped: NDArray[np.int64]
-    rate: NDArray[np.float64]
+    wet: Indices
+    moving: Indices
+    stepped: Indices
+    rate: Array
 
 
 @kernel()
-def hull(spans: NDArray, first: int, last: int) -> tuple[int, int]:
-    """Smallest range that covers the spans (2, rows) of rows ``first`` to ``last``; (0, 0) if all are empty."""
+def hull(spans: Indices, first: int, last: int) -> tuple[int, int]:
+    """Smallest range that covers the spans of rows ``first`` to ``last``; (0, 0) if all are empty."""
     lo, hi = 1 << 60, 0
     for j in range(max(first, 0), min(last, spans.shape[1] - 1) + 1):
         if spans[0, j] < spans[1, j]:
@@ -72,7 +71,14 @@ def hull(spans: NDArray, first: int, last: int) -> tuple[int, int]:
 
 @kernel()
 def classify_run(
-    now: Fields, status: Status, bed: Bed, material: Material, grid: Grid, rate: NDArray, cell: int, column: int,
+    now: Fields,
+    status: Status,
+    bed: Bed,
+    material: Material,
+    grid: Grid,
+    rate: Array,
+    cell: int,
+    column: int,
     count: int,
 ) -> None:
     """Set earth pressure and stillness of a run of cells, and raise the wave rate of their columns.
@@ -150,12 +156,18 @@ def classify(
         for j in range(GHOSTS, grid.rows - GHOSTS):
             i = j * m + cell
             pull, hold = step * bed.along[cell], bed.normal[cell] * material.tangent * HOLDS
-            rate = max(rate, status_outside(now.h, status, status.beta_x, i, step, grid.dx, pull, hold, sides.kind[k]))
+            rate = max(
+                rate,
+                status_outside(now.h, status, status.beta_x, i, step, grid.dx, pull, hold, sides.kind[k]),
+            )
         row, step = (GHOSTS, -m) if k == 0 else (grid.rows - GHOSTS - 1, m)
         for cell in range(GHOSTS, m - GHOSTS):
             i = row * m + cell
             hold = bed.normal[cell] * material.tangent * HOLDS
-            rate = max(rate, status_outside(now.h, status, status.beta_y, i, step, grid.dy, 0.0, hold, sides.kind[2 + k]))
+            rate = max(
+                rate,
+                status_outside(now.h, status, status.beta_y, i, step, grid.dy, 0.0, hold, sides.kind[2 + k]),
+            )
     for c in range(m):
         rate = max(rate, spans.rate[c])
     return rate
@@ -163,9 +175,17 @@ def classify(
 
 @kernel()
 def status_outside(
-    h: NDArray, status: Status, beta: NDArray, cell: int, step: int, d: float, pull: float, hold: float, kind: int
+    h: Array,
+    status: Status,
+    beta: Array,
+    cell: int,
+    step: int,
+    d: float,
+    pull: float,
+    hold: float,
+    kind: int,
 ) -> float:
-    """Give the ghost ``step`` from a cell the cell's status, but let a given depth drive what friction does not hold.
+    """Give the ghost ``step`` from a cell the cell's status, but let a given depth drive it.
 
     Returns the wave rate of what is driven, s-1.
     """
@@ -179,7 +199,7 @@ def status_outside(
 
 
 @kernel()
-def spread(spans: Spans, still: NDArray, grid: Grid) -> tuple[int, int, int]:
+def spread(spans: Spans, still: Array, grid: Grid) -> tuple[int, int, int]:
     """Set the spans to be stepped: moving cells and their neighbours, within the domain.
 
     Returns
@@ -217,7 +237,7 @@ def spread(spans: Spans, still: NDArray, grid: Grid) -> tuple[int, int, int]:
 
 
 @kernel()
-def moving_volume_exceeds(h: NDArray, still: NDArray, spans: Spans, grid: Grid, volume: float) -> bool:
+def moving_volume_exceeds(h: Array, still: Array, spans: Spans, grid: Grid, volume: float) -> bool:
     """Whether cells that are not still hold more than a volume, m3, or a given depth drives a side."""
     m, depth = grid.stride, volume / (grid.dx * grid.dy)
     for j in range(GHOSTS, grid.rows - GHOSTS):
@@ -235,7 +255,9 @@ def moving_volume_exceeds(h: NDArray, still: NDArray, spans: Spans, grid: Grid, 
 
 
 @kernel()
-def copy_surroundings(source: Fields, target: Fields, spans: NDArray, grid: Grid, first: int, last: int) -> None:
+def copy_surroundings(
+    source: Fields, target: Fields, spans: Indices, grid: Grid, first: int, last: int
+) -> None:
     """Copy the cells beside the spans that a stage reads but does not step."""
     m = grid.stride
     for j in range(max(first - GHOSTS, 0), min(last + GHOSTS, grid.rows - 1) + 1):

@@ -5,10 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
-from solver.compiled import kernel
+from solver.compiled import Array, Indices, kernel
 from solver.riemann import Fluxes
 
 GHOSTS = 2
@@ -27,20 +24,20 @@ class Grid(NamedTuple):
 class Fields(NamedTuple):
     """Depth (m) and velocity (m s-1), flat arrays of the padded lattice."""
 
-    h: NDArray[np.float64]
-    u: NDArray[np.float64]
-    v: NDArray[np.float64]
+    h: Array
+    u: Array
+    v: Array
 
 
 class Sides(NamedTuple):
     """Kind and given depth (m) of the sides x_min, x_max, y_min, y_max, arrays of shape (4,)."""
 
-    kind: NDArray[np.int64]
-    depth: NDArray[np.float64]
+    kind: Indices
+    depth: Array
 
 
 @kernel()
-def ghosts_beyond(h: NDArray, n: NDArray, t: NDArray, cell: int, outward: int, kind: int, depth: float) -> None:
+def ghosts_beyond(h: Array, n: Array, t: Array, cell: int, outward: int, kind: int, depth: float) -> None:
     """Fill the ghosts beyond one outermost cell.
 
     Parameters
@@ -56,7 +53,7 @@ def ghosts_beyond(h: NDArray, n: NDArray, t: NDArray, cell: int, outward: int, k
     """
     for k in range(GHOSTS):
         ghost, mirror = cell + (k + 1) * outward, cell - k * outward
-        if kind == WALL or kind == NO_SLIP:
+        if kind in (WALL, NO_SLIP):
             h[ghost], n[ghost] = h[mirror], -n[mirror]
             t[ghost] = t[mirror] if kind == WALL else -t[mirror]
         else:
@@ -65,7 +62,7 @@ def ghosts_beyond(h: NDArray, n: NDArray, t: NDArray, cell: int, outward: int, k
 
 @kernel()
 def fill_ghosts(now: Fields, sides: Sides, grid: Grid, first: int, last: int) -> None:
-    """Fill the ghost cells of rows ``first`` to ``last``, and the ghost rows where these are near y_min or y_max."""
+    """Fill the ghost cells of rows ``first`` to ``last``, and the ghost rows near them."""
     h, u, v = now
     m, rows = grid.stride, grid.rows
     kind, depth = sides
@@ -82,7 +79,15 @@ def fill_ghosts(now: Fields, sides: Sides, grid: Grid, first: int, last: int) ->
 
 @kernel()
 def restrict(
-    fluxes: Fluxes, at: int, h: NDArray, n: NDArray, t: NDArray, beta: NDArray, cell: int, count: int, kind: int,
+    fluxes: Fluxes,
+    at: int,
+    h: Array,
+    n: Array,
+    t: Array,
+    beta: Array,
+    cell: int,
+    count: int,
+    kind: int,
     outward: float,
 ) -> None:
     """Impose on boundary faces what their side allows.
@@ -110,7 +115,7 @@ def restrict(
 
 
 @kernel()
-def account(mass: NDArray, at: int, count: int, outward: float, share: float, ledger: NDArray) -> None:
+def account(mass: Array, at: int, count: int, outward: float, share: float, ledger: Array) -> None:
     """Add what boundary faces carry to the ledger.
 
     Parameters

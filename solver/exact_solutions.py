@@ -36,21 +36,21 @@ class FrictionlessCap:
 
     def __call__(self, x: ArrayLike, y: ArrayLike, time: float) -> tuple[Array, Array, Array]:
         """Depth (m) and velocity (m s-1) at points x, y (m) and a time (s); velocity 0 where dry."""
-        x, y = np.asarray(x, float), np.asarray(y, float)
+        along, across = np.asarray(x, float), np.asarray(y, float)
         rate = np.sqrt(self.gravity / self.radius)
         b = 2 * self.height / self.radius * np.cos(np.radians(self.angle))
         p = np.sqrt(1 + b * (time * rate) ** 2)
         growth = b * time * rate**2 / p**2
         pull = self.gravity * np.sin(np.radians(self.angle))
-        x = x - pull * time**2 / 2
-        depth = np.maximum(0, self.height / p**2 * (1 - (x**2 + y**2) / (self.radius * p) ** 2))
+        along = along - pull * time**2 / 2
+        depth = np.maximum(0, self.height / p**2 * (1 - (along**2 + across**2) / (self.radius * p) ** 2))
         wet = depth > 0
-        return depth, wet * (pull * time + growth * x), wet * growth * y
+        return depth, wet * (pull * time + growth * along), wet * growth * across
 
 
 @dataclass(frozen=True)
 class DamBreak:
-    """Granular dam break on a plane with K = 1 and delta <= xi (Mangeney et al. 2000); Ritter's where both are 0.
+    """Granular dam break on a plane, K = 1, delta <= xi (Mangeney et al. 2000); Ritter's where both are 0.
 
     Parameters
     ----------
@@ -100,7 +100,9 @@ class WetDamBreak:
         g, c = self.gravity, np.sqrt(self.gravity * self.depth)
 
         def mismatch(middle: float) -> float:
-            behind_shock = (middle - self.ahead) * np.sqrt(g * (middle + self.ahead) / (2 * middle * self.ahead))
+            behind_shock = (middle - self.ahead) * np.sqrt(
+                g * (middle + self.ahead) / (2 * middle * self.ahead)
+            )
             return float(2 * (c - np.sqrt(g * middle)) - behind_shock)
 
         middle = brentq(mismatch, self.ahead, self.depth, xtol=1e-15)
@@ -108,7 +110,9 @@ class WetDamBreak:
         shock = u * middle / (middle - self.ahead)
         s = x / time
         fan = s < u - np.sqrt(g * middle)
-        depth = np.where(fan, (2 * c - np.maximum(s, -c)) ** 2 / (9 * g), np.where(s < shock, middle, self.ahead))
+        depth = np.where(
+            fan, (2 * c - np.maximum(s, -c)) ** 2 / (9 * g), np.where(s < shock, middle, self.ahead)
+        )
         return depth, np.where(fan, 2 / 3 * (c + np.maximum(s, -c)), np.where(s < shock, u, 0.0))
 
 
@@ -135,18 +139,20 @@ class ParabolicCap:
     gravity: float = GRAVITY
 
     def __call__(self, x: ArrayLike, time: float) -> tuple[Array, Array]:
-        """Depth (m) and velocity (m s-1) at x (m from the initial centre) and a time (s); velocity 0 where dry."""
-        x = np.asarray(x, float)
+        """Depth (m) and velocity (m s-1) at x (m from the first centre) and a time (s)."""
+        place = np.asarray(x, float)
         xi, delta = np.radians([self.angle, self.bed_friction])
         pull = self.gravity * (np.sin(xi) - np.cos(xi) * np.tan(delta))
         spread = 2 * self.gravity * np.cos(xi) * self.height / self.half_length**2
         stretch, rate = 1.0, 0.0
         if time > 0:
-            path = solve_ivp(lambda _, s: (s[1], spread / s[0] ** 2), (0, time), (1, 0), rtol=1e-11, atol=1e-12)
+            path = solve_ivp(
+                lambda _, s: (s[1], spread / s[0] ** 2), (0, time), (1, 0), rtol=1e-11, atol=1e-12
+            )
             stretch, rate = path.y[:, -1]
-        x = x - pull * time**2 / 2
-        depth = np.maximum(0, self.height / stretch * (1 - (x / (self.half_length * stretch)) ** 2))
-        return depth, np.where(depth > 0, pull * time + x * rate / stretch, 0.0)
+        place = place - pull * time**2 / 2
+        depth = np.maximum(0, self.height / stretch * (1 - (place / (self.half_length * stretch)) ** 2))
+        return depth, np.where(depth > 0, pull * time + place * rate / stretch, 0.0)
 
 
 @dataclass(frozen=True)

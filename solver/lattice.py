@@ -75,7 +75,7 @@ class Lattice:
 
 
 def _points(bounds: tuple[float, float], spacing: float) -> Array:
-    """Evenly spaced points, weighted from both bounds so that symmetric bounds give bitwise symmetric points."""
+    """Evenly spaced points, weighted from both bounds: symmetric bounds give bitwise symmetric points."""
     intervals = max(1, round((bounds[1] - bounds[0]) / spacing))
     k = np.arange(intervals + 1)
     return np.asarray((bounds[0] * (intervals - k) + bounds[1] * k) / intervals, dtype=np.float64)

@@ -6,23 +6,22 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from solver.compiled import kernel
+from solver.compiled import Array, kernel
 
 # The shape functions of eq. 23 at the far face of the middle of three cells, degree 2, from cell means.
 BEHIND, MIDDLE, AHEAD = -1 / 6, 5 / 6, 1 / 3
 
 
 class FaceValues(NamedTuple):
-    """Depth (m), normal and tangential velocity (m s-1) at the low and the high face of cells; flat arrays."""
+    """Depth (m), normal and tangential velocity (m s-1) at the low and high face of cells; flat arrays."""
 
-    h_low: NDArray[np.float64]
-    h_high: NDArray[np.float64]
-    n_low: NDArray[np.float64]
-    n_high: NDArray[np.float64]
-    t_low: NDArray[np.float64]
-    t_high: NDArray[np.float64]
+    h_low: Array
+    h_high: Array
+    n_low: Array
+    n_high: Array
+    t_low: Array
+    t_high: Array
 
 
 @kernel()
@@ -36,7 +35,7 @@ def limited(back: float, forth: float, near: float, far: float, steepness: float
     near, far : float
         Weights of the two differences in the unlimited step.
     steepness : float
-        Largest multiple of half a neighbour's difference: 2 keeps values between the neighbours', 1 is minmod.
+        Largest multiple of half a neighbour's difference: 2 stays between neighbours, 1 is minmod.
     """
     low = abs(back) if abs(back) < abs(forth) else abs(forth)
     low = 0.5 * steepness * low
@@ -47,7 +46,15 @@ def limited(back: float, forth: float, near: float, far: float, steepness: float
 
 @kernel()
 def face_values(
-    h: NDArray, n: NDArray, t: NDArray, cell: int, neighbour: int, count: int, dry: float, out: FaceValues, to: int
+    h: Array,
+    n: Array,
+    t: Array,
+    cell: int,
+    neighbour: int,
+    count: int,
+    dry: float,
+    out: FaceValues,
+    to: int,
 ) -> None:
     """Reconstruct a run of cells at their low and high faces along one direction.
 

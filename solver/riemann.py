@@ -6,9 +6,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from solver.compiled import kernel
+from solver.compiled import Array, kernel
 from solver.reconstruction import FaceValues
 
 
@@ -19,16 +18,26 @@ class Fluxes(NamedTuple):
     pressure : HLL mean of h^2 / 2, m2, to be multiplied by the beta of the cell that feels it.
     """
 
-    mass: NDArray[np.float64]
-    normal: NDArray[np.float64]
-    tangential: NDArray[np.float64]
-    pressure: NDArray[np.float64]
+    mass: Array
+    normal: Array
+    tangential: Array
+    pressure: Array
 
 
 @kernel()
 def hll(
-    low: FaceValues, low_at: int, high: FaceValues, high_at: int, beta: NDArray, still: NDArray, cell: int,
-    neighbour: int, count: int, dry: float, out: Fluxes, to: int,
+    low: FaceValues,
+    low_at: int,
+    high: FaceValues,
+    high_at: int,
+    beta: Array,
+    still: Array,
+    cell: int,
+    neighbour: int,
+    count: int,
+    dry: float,
+    out: Fluxes,
+    to: int,
 ) -> None:
     """Fluxes through faces between cells on their low side and cells on their high side.
 
@@ -54,10 +63,11 @@ def hll(
     step = np.uint64(neighbour)
     for k in range(count):
         k_ = np.uint64(k)
-        l, r, i, o = np.uint64(low_at) + k_, np.uint64(high_at) + k_, np.uint64(cell) + k_, np.uint64(to) + k_
-        a, b = low.h_high[l], high.h_low[r]
-        p, q = low.n_high[l], high.n_low[r]
-        s, t = low.t_high[l], high.t_low[r]
+        one, two = np.uint64(low_at) + k_, np.uint64(high_at) + k_
+        i, o = np.uint64(cell) + k_, np.uint64(to) + k_
+        a, b = low.h_high[one], high.h_low[two]
+        p, q = low.n_high[one], high.n_low[two]
+        s, t = low.t_high[one], high.t_low[two]
         c_a, c_b = math.sqrt(beta[i] * a), math.sqrt(beta[i + step] * b)
         first, second = p - c_a if a > dry else q - 2.0 * c_b, q - c_b
         slow = first if first < second else second

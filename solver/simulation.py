@@ -40,7 +40,7 @@ class Scheme:
     """Numerical choices of the weighted-residual form.
 
     cfl : Courant number of the unsplit step, ``dt max((|u| + c_x)/dx + (|v| + c_y)/dy)``.
-    wet_limit : depth up to which a cell counts as dry and does not move, as part of the largest initial depth.
+    wet_limit : depth up to which a cell counts as dry and does not move, part of the largest initial depth.
     rest_share : share of the released volume that may still move in a run that counts as at rest.
     """
 
@@ -146,14 +146,14 @@ def simulate(
     arrival_depth : float
         Depth above which a cell counts as reached, m.
     stop_at_rest : bool
-        Let ``time`` end where everything is at rest; otherwise it goes on to the last frame. Frames are the same.
+        Let ``time`` end where all is at rest; otherwise it goes on to the last frame. Frames are the same.
     max_steps : int, optional
         Steps after which the run fails.
 
     Raises
     ------
     ValueError
-        If times do not increase, or an array has the wrong shape, a negative depth or a value that is not finite.
+        If times do not increase, or an array has a wrong shape, a negative depth, a value not finite.
     """
     frames = np.asarray(times, dtype=np.float64)
     if frames.ndim != 1 or not len(frames) or frames[0] < 0 or not (np.diff(frames) > 0).all():
@@ -181,10 +181,23 @@ def simulate(
     inflow, outflow = run.progress.ledger
     record = Record(*(a.reshape(shape[1:]) for a in run.record))
     return Result(
-        frames, depth, velocity_x, velocity_y,
-        record.depth, np.sqrt(record.speed_squared), record.momentum_flux, record.arrival, run.state[0],
+        frames,
+        depth,
+        velocity_x,
+        velocity_y,
+        record.depth,
+        np.sqrt(record.speed_squared),
+        record.momentum_flux,
+        record.arrival,
+        run.state[0],
         Ledger(released, float(inflow), float(outflow), run.volume),
-        run.time, rest_time, int(run.progress.steps[0]), int(run.progress.cell_stages[0]), wall, cpu, failure,
+        run.time,
+        rest_time,
+        int(run.progress.steps[0]),
+        int(run.progress.cell_stages[0]),
+        wall,
+        cpu,
+        failure,
     )
 
 
@@ -210,7 +223,9 @@ class _Run:
         initial = [np.asarray(a, dtype=np.float64) for a in (scene.depth, scene.velocity_x, scene.velocity_y)]
         for array in initial:
             if array.shape != lattice.shape:
-                raise ValueError(f"initial arrays must have the lattice's shape {lattice.shape}, not {array.shape}")
+                raise ValueError(
+                    f"initial arrays must have the lattice's shape {lattice.shape}, not {array.shape}"
+                )
             if not np.isfinite(array).all():
                 raise ValueError("initial arrays must be finite")
         if (initial[0] < 0).any():
@@ -223,22 +238,32 @@ class _Run:
         self.material = Material(friction.tangent, drag, coefficients, dry)
         self.bed = self._bed()
         wet = initial[0] > self.material.dry
-        self.now = Fields(*(np.pad(np.where(wet | (k == 0), a, 0.0), GHOSTS).ravel() for k, a in enumerate(initial)))
+        self.now = Fields(
+            *(np.pad(np.where(wet | (k == 0), a, 0.0), GHOSTS).ravel() for k, a in enumerate(initial))
+        )
         self.stages = [Fields(*(a.copy() for a in self.now)) for _ in range(2)]
         ny, nx = lattice.shape
         self.grid = Grid(ny + 2 * GHOSTS, nx + 2 * GHOSTS, lattice.dx, lattice.dy)
         load = np.tile(self.bed.normal, self.grid.rows)
-        self.status = Status(load * coefficients.x_active, load * coefficients.y_active_active, np.ones_like(load))
+        self.status = Status(
+            load * coefficients.x_active, load * coefficients.y_active_active, np.ones_like(load)
+        )
         n = self.grid.stride
-        self.spans = Spans(*np.zeros((3, 2, self.grid.rows), dtype=np.int64), np.zeros(n))
+        empty = np.zeros((2, self.grid.rows), dtype=np.int64)
+        self.spans = Spans(empty, empty.copy(), empty.copy(), np.zeros(n))
         for j, row in enumerate(wet, GHOSTS):
             if row.any():
                 self.spans.wet[:, j] = GHOSTS + np.argmax(row), GHOSTS + nx - np.argmax(row[::-1])
         self.buffers = Buffers(
-            FaceValues(*np.zeros((6, n))), FaceValues(*np.zeros((6, 2 * n))),
-            Fluxes(*np.zeros((4, RING * n))), Fluxes(*np.zeros((4, RING * n))), np.ones(RING * n),
+            FaceValues(*np.zeros((6, n))),
+            FaceValues(*np.zeros((6, 2 * n))),
+            Fluxes(*np.zeros((4, RING * n))),
+            Fluxes(*np.zeros((4, RING * n))),
+            np.ones(RING * n),
         )
-        self.record = Record(*np.zeros((3, ny * nx)), np.full(ny * nx, np.nan))
+        self.record = Record(
+            np.zeros(ny * nx), np.zeros(ny * nx), np.zeros(ny * nx), np.full(ny * nx, np.nan)
+        )
         self.progress = Progress(
             np.zeros(1), np.zeros(1, np.int64), np.zeros(1, np.int64), np.zeros(2), np.full(2, -1, np.int64)
         )
@@ -259,10 +284,24 @@ class _Run:
         scheme = self.scene.scheme
         return int(
             time_stepping.advance(
-                self.now, *self.stages, self.status, self.bed, self.material, self.sides, self.grid, self.spans,
-                self.buffers, time_stepping.SSP_RK3, scheme.cfl, target, self.end,
-                np.iinfo(np.int64).max if max_steps is None else max_steps, self.rest_volume, self.arrival_depth,
-                self.record, self.progress,
+                self.now,
+                *self.stages,
+                self.status,
+                self.bed,
+                self.material,
+                self.sides,
+                self.grid,
+                self.spans,
+                self.buffers,
+                time_stepping.SSP_RK3,
+                scheme.cfl,
+                target,
+                self.end,
+                np.iinfo(np.int64).max if max_steps is None else max_steps,
+                self.rest_volume,
+                self.arrival_depth,
+                self.record,
+                self.progress,
             )
         )
 

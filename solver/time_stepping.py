@@ -6,16 +6,23 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from solver.activity import Bed, Material, Spans, Status, classify, copy_surroundings, moving_volume_exceeds, spread
+from solver.activity import (
+    Bed,
+    Material,
+    Spans,
+    Status,
+    classify,
+    copy_surroundings,
+    moving_volume_exceeds,
+    spread,
+)
 from solver.boundary import GHOSTS, Fields, Grid, Sides
-from solver.compiled import kernel
+from solver.compiled import Array, Indices, kernel
 from solver.weighted_residual import Buffers, stage
 
-# Weights of each stage's result in U = U_0 + part (U_k - U_0 + dt L(U_k)): eq. 14, and Heun's second-order scheme.
+# Eq. 14: weights of each stage's result in U = U_0 + part (U_k - U_0 + dt L(U_k)).
 SSP_RK3 = (1.0, 1 / 4, 2 / 3)
-SSP_RK2 = (1.0, 1 / 2)
 
 REACHED, AT_REST, OUT_OF_STEPS, NOT_FINITE, COLLAPSED = 0, 1, 2, 3, 4
 # A step this much shorter than the whole run counts as collapsed.
@@ -29,23 +36,23 @@ class Record(NamedTuple):
     arrival : first time with depth above the arrival depth, s, NaN before.
     """
 
-    depth: NDArray[np.float64]
-    speed_squared: NDArray[np.float64]
-    momentum_flux: NDArray[np.float64]
-    arrival: NDArray[np.float64]
+    depth: Array
+    speed_squared: Array
+    momentum_flux: Array
+    arrival: Array
 
 
 class Progress(NamedTuple):
     """What a run has used, arrays of shape (1,) or (2,) changed in place.
 
-    time : s. steps, cell_stages : counts. ledger : volumes in and out, m3. place : row and column of a failure.
+    time : s. steps, cell_stages : counts. ledger : volumes in and out, m3. place : row, column of a failure.
     """
 
-    time: NDArray[np.float64]
-    steps: NDArray[np.int64]
-    cell_stages: NDArray[np.int64]
-    ledger: NDArray[np.float64]
-    place: NDArray[np.int64]
+    time: Array
+    steps: Indices
+    cell_stages: Indices
+    ledger: Array
+    place: Indices
 
 
 @kernel(fastmath=False)
@@ -64,19 +71,23 @@ def record_run(
         record.depth[o] = h if h > record.depth[o] else record.depth[o]
         record.speed_squared[o] = square if square > record.speed_squared[o] else record.speed_squared[o]
         record.momentum_flux[o] = flux if flux > record.momentum_flux[o] else record.momentum_flux[o]
-        record.arrival[o] = time if (h > threshold) & (record.arrival[o] != record.arrival[o]) else record.arrival[o]
+        record.arrival[o] = (
+            time if (h > threshold) & (record.arrival[o] != record.arrival[o]) else record.arrival[o]
+        )
     return bad == 0
 
 
 @kernel(fastmath=False)
 def record_maxima(
-    now: Fields, spans: NDArray, grid: Grid, dry: float, threshold: float, record: Record, progress: Progress
+    now: Fields, spans: Indices, grid: Grid, dry: float, threshold: float, record: Record, progress: Progress
 ) -> bool:
     """Update the maxima within the given spans (2, ny + 4); on a value that is not finite, note its place."""
     m, g, time = grid.stride, GHOSTS, progress.time[0]
     for j in range(g, grid.rows - g):
         a, b = spans[0, j], spans[1, j]
-        if a < b and not record_run(now, j * m + a, b - a, dry, threshold, time, record, (j - g) * (m - 2 * g) + a - g):
+        if a < b and not record_run(
+            now, j * m + a, b - a, dry, threshold, time, record, (j - g) * (m - 2 * g) + a - g
+        ):
             for i in range(a, b):
                 flux = now.h[j * m + i] * (now.u[j * m + i] ** 2 + now.v[j * m + i] ** 2)
                 if not math.isfinite(flux):
@@ -87,9 +98,25 @@ def record_maxima(
 
 @kernel()
 def advance(
-    now: Fields, first_stage: Fields, second_stage: Fields, status: Status, bed: Bed, material: Material, sides: Sides,
-    grid: Grid, spans: Spans, buffers: Buffers, parts: tuple[float, ...], cfl: float,
-    target: float, end: float, max_steps: int, rest_volume: float, threshold: float, record: Record, progress: Progress,
+    now: Fields,
+    first_stage: Fields,
+    second_stage: Fields,
+    status: Status,
+    bed: Bed,
+    material: Material,
+    sides: Sides,
+    grid: Grid,
+    spans: Spans,
+    buffers: Buffers,
+    parts: tuple[float, ...],
+    cfl: float,
+    target: float,
+    end: float,
+    max_steps: int,
+    rest_volume: float,
+    threshold: float,
+    record: Record,
+    progress: Progress,
 ) -> int:
     """Step until ``target`` (s) or until at most ``rest_volume`` (m3) moves; return why it stopped.
 
@@ -120,8 +147,22 @@ def advance(
                 share *= parts[n]
             out = now if k == stages - 1 else (first_stage if k % 2 == 0 else second_stage)
             stage(
-                now, source, out, status, bed, material, sides, grid, spans.stepped, first, last, parts[k], share,
-                dt, buffers, progress.ledger,
+                now,
+                source,
+                out,
+                status,
+                bed,
+                material,
+                sides,
+                grid,
+                spans.stepped,
+                first,
+                last,
+                parts[k],
+                share,
+                dt,
+                buffers,
+                progress.ledger,
             )
             source = out
         progress.time[0] = target if dt == remaining else progress.time[0] + dt

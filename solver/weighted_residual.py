@@ -16,11 +16,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solver.activity import HOLDS, Bed, Material, Status, hull
 from solver.boundary import GHOSTS, Fields, Grid, Sides, account, fill_ghosts, restrict
-from solver.compiled import kernel
+from solver.compiled import Array, Indices, kernel
 from solver.reconstruction import FaceValues, face_values
 from solver.riemann import Fluxes, hll
 
@@ -43,13 +42,23 @@ class Buffers(NamedTuple):
     across: FaceValues
     x_fluxes: Fluxes
     y_fluxes: Fluxes
-    keep: NDArray[np.float64]
+    keep: Array
 
 
 @kernel()
 def afford(
-    h: NDArray, cell: int, count: int, x_mass: NDArray, west: int, y_mass: NDArray, south: int, north: int,
-    dt: float, grid: Grid, keep: NDArray, to: int,
+    h: Array,
+    cell: int,
+    count: int,
+    x_mass: Array,
+    west: int,
+    y_mass: Array,
+    south: int,
+    north: int,
+    dt: float,
+    grid: Grid,
+    keep: Array,
+    to: int,
 ) -> bool:
     """Share of its outflow that each cell of a row can afford in dt (s) without drying out.
 
@@ -83,8 +92,8 @@ def afford(
 
 
 @kernel()
-def scale(fluxes: Fluxes, at: int, keep: NDArray, low: int, high: int, count: int) -> None:
-    """Multiply mass and momentum fluxes by the share that the cell they leave can afford; the pressure stays."""
+def scale(fluxes: Fluxes, at: int, keep: Array, low: int, high: int, count: int) -> None:
+    """Multiply mass and momentum fluxes by the share that the cell they leave can afford; pressure stays."""
     for k in range(count):
         share = keep[low + k] if fluxes.mass[at + k] > 0.0 else keep[high + k]
         fluxes.mass[at + k] *= share
@@ -94,28 +103,43 @@ def scale(fluxes: Fluxes, at: int, keep: NDArray, low: int, high: int, count: in
 
 @kernel()
 def update_row(
-    start: Fields, now: Fields, out: Fields, status: Status, bed: Bed, material: Material, cell: int, column: int,
-    count: int, stride: int, x_fluxes: Fluxes, west: int, y_fluxes: Fluxes, south: int, north: int,
-    part: float, dt: float, grid: Grid,
+    start: Fields,
+    now: Fields,
+    out: Fields,
+    status: Status,
+    bed: Bed,
+    material: Material,
+    cell: int,
+    column: int,
+    count: int,
+    x_fluxes: Fluxes,
+    west: int,
+    y_fluxes: Fluxes,
+    south: int,
+    north: int,
+    part: float,
+    dt: float,
+    grid: Grid,
 ) -> None:
     """Update a run of cells: ``U = U_0 + part (U_1 - U_0 + dt L(U_1))``, then friction over ``part dt``.
 
     The convex combination comes first, then friction as a force of at most
-    ``h tan(delta) max(0, g cos xi + kappa u^2)`` against the motion, so that it stops a cell exactly. Turbulent
-    drag is added to it implicitly, which makes the terminal velocity exact.
+    ``h tan(delta) max(0, g cos xi + kappa u^2)`` against the motion, so that it stops a cell exactly. It acts
+    on the depth that gravity acts on: with the new depth instead, the front of a flow would feel friction before
+    gravity and lag. Turbulent drag is added implicitly, which makes the terminal velocity exact.
 
     Parameters
     ----------
     start, now, out : Fields
         U_0, U_1 and the result; ``out`` may be ``start``.
-    cell, column, count, stride : int
-        Index of the first cell, its column, number of cells, row length.
+    cell, column, count : int
+        Index of the first cell, its column, number of cells.
     x_fluxes, west, y_fluxes, south, north
         Fluxes and the indices of the first cell's faces.
     """
     over_x, over_y = 1.0 / grid.dx, 1.0 / grid.dy
     dry, step = material.dry, part * dt
-    one, row = np.uint64(1), np.uint64(stride)
+    one = np.uint64(1)
     for k in range(count):
         k_ = np.uint64(k)
         i, c = np.uint64(cell) + k_, np.uint64(column) + k_
@@ -126,7 +150,9 @@ def update_row(
         gain_u = (x_fluxes.normal[w] - x_fluxes.normal[e]) * over_x
         gain_u += (y_fluxes.tangential[s] - y_fluxes.tangential[n]) * over_y
         free = 1.0 - (status.still[i] if h_0 > dry else 0.0)
-        drive_u = status.beta_x[i] * (x_fluxes.pressure[w] - x_fluxes.pressure[e]) * over_x + bed.along[c] * h_1
+        drive_u = (
+            status.beta_x[i] * (x_fluxes.pressure[w] - x_fluxes.pressure[e]) * over_x + bed.along[c] * h_1
+        )
         gain_u += free * drive_u
         gain_v = (x_fluxes.tangential[w] - x_fluxes.tangential[e]) * over_x
         gain_v += (y_fluxes.normal[s] - y_fluxes.normal[n]) * over_y
@@ -153,8 +179,22 @@ def update_row(
 
 @kernel()
 def stage(
-    start: Fields, now: Fields, out: Fields, status: Status, bed: Bed, material: Material, sides: Sides, grid: Grid,
-    spans: NDArray, first: int, last: int, part: float, share: float, dt: float, buffers: Buffers, ledger: NDArray,
+    start: Fields,
+    now: Fields,
+    out: Fields,
+    status: Status,
+    bed: Bed,
+    material: Material,
+    sides: Sides,
+    grid: Grid,
+    spans: Indices,
+    first: int,
+    last: int,
+    part: float,
+    share: float,
+    dt: float,
+    buffers: Buffers,
+    ledger: Array,
 ) -> None:
     """One Runge-Kutta stage over the spans to be stepped.
 
@@ -184,28 +224,84 @@ def stage(
         ring, below = (j % RING) * m, ((j - 1) % RING) * m
         a, b = hull(spans, j, j + 1)
         hll(
-            across, (j % 2) * m + a, across, ((j + 1) % 2) * m + a, status.beta_y, status.still,
-            j * m + a, m, b - a, dry, y_fluxes, ring + a,
+            across,
+            (j % 2) * m + a,
+            across,
+            ((j + 1) % 2) * m + a,
+            status.beta_y,
+            status.still,
+            j * m + a,
+            m,
+            b - a,
+            dry,
+            y_fluxes,
+            ring + a,
         )
         if j == GHOSTS - 1:
-            restrict(y_fluxes, ring + a, now.h, now.v, now.u, status.beta_y, (j + 1) * m + a, b - a, sides.kind[2], -1.0)
+            restrict(
+                y_fluxes,
+                ring + a,
+                now.h,
+                now.v,
+                now.u,
+                status.beta_y,
+                (j + 1) * m + a,
+                b - a,
+                sides.kind[2],
+                -1.0,
+            )
         if j == grid.rows - GHOSTS - 1:
-            restrict(y_fluxes, ring + a, now.h, now.v, now.u, status.beta_y, j * m + a, b - a, sides.kind[3], 1.0)
+            restrict(
+                y_fluxes, ring + a, now.h, now.v, now.u, status.beta_y, j * m + a, b - a, sides.kind[3], 1.0
+            )
         short = False
         a, b = spans[0, j], spans[1, j]
         if a < b:
             face_values(now.h, now.u, now.v, j * m + a - 1, 1, b - a + 2, dry, along, a - 1)
             hll(
-                along, a - 1, along, a, status.beta_x, status.still, j * m + a - 1, 1, b - a + 1, dry,
-                x_fluxes, ring + a,
+                along,
+                a - 1,
+                along,
+                a,
+                status.beta_x,
+                status.still,
+                j * m + a - 1,
+                1,
+                b - a + 1,
+                dry,
+                x_fluxes,
+                ring + a,
             )
             if a == GHOSTS:
-                restrict(x_fluxes, ring + a, now.h, now.u, now.v, status.beta_x, j * m + a, 1, sides.kind[0], -1.0)
+                restrict(
+                    x_fluxes, ring + a, now.h, now.u, now.v, status.beta_x, j * m + a, 1, sides.kind[0], -1.0
+                )
             if b == m - GHOSTS:
-                restrict(x_fluxes, ring + b, now.h, now.u, now.v, status.beta_x, j * m + b - 1, 1, sides.kind[1], 1.0)
+                restrict(
+                    x_fluxes,
+                    ring + b,
+                    now.h,
+                    now.u,
+                    now.v,
+                    status.beta_x,
+                    j * m + b - 1,
+                    1,
+                    sides.kind[1],
+                    1.0,
+                )
             short = afford(
-                now.h, j * m + a, b - a, x_fluxes.mass, ring + a, y_fluxes.mass, below + a, ring + a, dt, grid,
-                keep, ring + a,
+                now.h,
+                j * m + a,
+                b - a,
+                x_fluxes.mass,
+                ring + a,
+                y_fluxes.mass,
+                below + a,
+                ring + a,
+                dt,
+                grid,
+                keep,
+                ring + a,
             )
             if short:
                 # beyond the ends of a span faces are closed or on the boundary
@@ -229,8 +325,23 @@ def stage(
             continue
         south = ((row - 1) % RING) * m + a
         update_row(
-            start, now, out, status, bed, material, row * m + a, a, b - a, m, x_fluxes, below + a,
-            y_fluxes, south, below + a, part, dt, grid,
+            start,
+            now,
+            out,
+            status,
+            bed,
+            material,
+            row * m + a,
+            a,
+            b - a,
+            x_fluxes,
+            below + a,
+            y_fluxes,
+            south,
+            below + a,
+            part,
+            dt,
+            grid,
         )
         if row == GHOSTS:
             account(y_fluxes.mass, south, b - a, -1.0, share * dt * grid.dx, ledger)

@@ -48,7 +48,11 @@ def test_defaults_are_filled_in(scenario_file):
 
 def test_the_defaults_of_the_scheme_are_those_of_the_solver(scenario_file):
     scheme = load([scenario_file()])[0].settings.scheme
-    assert (scheme.cfl, scheme.film_depth) == (Scheme().cfl, Scheme().film_depth)
+    assert (scheme.cfl, scheme.wet_limit, scheme.rest_share) == (
+        Scheme().cfl,
+        Scheme().wet_limit,
+        Scheme().rest_share,
+    )
 
 
 def test_settings_are_frozen(scenario_file):
