@@ -125,8 +125,8 @@ def update_row(
 
     The convex combination comes first, then friction as a force of at most
     ``h tan(delta) max(0, g cos xi + kappa u^2)`` against the motion, so that it stops a cell exactly. It acts
-    on the depth that gravity acts on: with the new depth instead, the front of a flow would feel friction before
-    gravity and lag. Turbulent drag is added implicitly, which makes the terminal velocity exact.
+    on the depth that gravity acts on: with the new depth instead, a front would feel friction before gravity
+    and lag. Turbulent drag is added implicitly, which makes the terminal velocity exact.
 
     Parameters
     ----------
