@@ -104,6 +104,7 @@ def _row(prepared: Prepared, result: Result) -> dict[str, Any]:
     row |= {
         "volume_asked": prepared.volume_asked,
         "volume_released": result.ledger.released,
+        "volume_lost": prepared.volume_lost,
         "volume_in": result.ledger.inflow,
         "volume_out": result.ledger.outflow,
         "volume_error": result.ledger.error,

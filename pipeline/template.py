@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import platform
 from collections.abc import Sequence
-from functools import reduce
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import BaseModel
 
 from pipeline.layout import Template, group_size, run_bytes
 from pipeline.runs import Prepared, Run, build_scene
@@ -104,12 +104,14 @@ def parameters(scenario: Scenario, runs: Sequence[Run]) -> list[tuple[Variable, 
 
 
 def _meaning(run: Run, key: str) -> tuple[str, str]:
-    """Give unit and description of a key, from the settings' own declarations."""
-    *path, last = key.split(".")
-    holder: Any = reduce(
-        lambda at, part: at[int(part)] if isinstance(at, tuple) else getattr(at, part), path, run.settings
-    )
-    info = type(holder).model_fields[last]
+    """Give unit and description of a key, from the declaration of the last field on its way."""
+    at: Any = run.settings
+    for part in key.split("."):
+        if isinstance(at, BaseModel):
+            info = type(at).model_fields[part]
+            at = getattr(at, part)
+        else:
+            at = at[int(part)]
     extra = info.json_schema_extra if isinstance(info.json_schema_extra, dict) else {}
     return str(extra.get("unit", "")), info.description or ""
 

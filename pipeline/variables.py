@@ -117,6 +117,7 @@ SUMMARIES = (
 VOLUMES = (
     _scalar("volume_asked", "m3", "volume of the release as asked for"),
     _scalar("volume_released", "m3", "volume of the release on the points"),
+    _scalar("volume_lost", "m3", "volume of the release outside the domain, never on the points"),
     _scalar("volume_in", "m3", "volume that came in through the boundaries"),
     _scalar("volume_out", "m3", "volume that left through the boundaries"),
     _scalar("volume_error", "1", "error of the volume ledger relative to the volume released and come in"),

@@ -71,6 +71,38 @@ def test_the_table_keeps_scenarios_of_earlier_invocations(scenario_file, tmp_pat
     assert table["front_x"].isna().tolist() == [False, True]
 
 
+@pytest.mark.parametrize(
+    ("key", "values", "name", "units", "meaning"),
+    [
+        ("release.x.0", [0.5, 1], "release_x_0", "m", "extent along the bed"),
+        ("boundaries.x_min", ["open", "wall"], "x_min", None, "upslope side"),
+        ("scheme.cfl", [0.4, 0.8], "cfl", "1", "Courant number"),
+    ],
+)
+def test_any_key_can_be_swept_and_its_coordinate_says_what_it_is(
+    scenario_file, tmp_path, solve, key, values, name, units, meaning
+):
+    out = tmp_path / "results"
+    result = pipeline("run", scenario_file(more=f"sweep: {{{key}: {values}}}\n"), "--out", out)
+    assert result.exit_code == 0, result.stderr
+    with store.open_store(out / "box.zarr") as opened:
+        assert opened[name].to_numpy().tolist() == values
+        assert opened[name].attrs.get("units") == units
+        assert opened[name].attrs["key"] == key
+        assert opened[name].attrs["long_name"].startswith(meaning)
+
+
+def test_what_lies_outside_the_domain_is_warned_of_and_stored(scenario_file, tmp_path, solve):
+    out = tmp_path / "results"
+    result = pipeline("run", scenario_file(replace=("x: [1, 3]", "x: [-1.25, 1]")), "--out", out)
+    assert result.exit_code == 0
+    assert "lie outside the domain and are lost" in result.stderr
+    with store.open_store(out / "box.zarr") as opened:
+        assert opened["volume_lost"].item() == 1.0
+        assert opened["volume_released"].item() == 1.25
+        assert opened["volume_asked"].item() == 2.25
+
+
 def test_summary_prints_and_writes_what_was_asked_for(scenario_file, tmp_path, solve):
     out = tmp_path / "results"
     pipeline("run", scenario_file(), "--out", out)
