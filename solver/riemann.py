@@ -81,9 +81,10 @@ def hll(
         ap, bq = a * p, b * q
         through = w_a * ap + w_b * bq + w * (b - a)
         # nothing leaves a still cell: what flows toward it enters, and leans on it if it is wet
-        from_b = through < 0.0
-        still_a, still_b = still[i], still[i + step]
-        held, moves = (still_b if from_b else still_a) > 0.0, (still_a if from_b else still_b) == 0.0
+        from_a, from_b = through > 0.0, through < 0.0
+        holds_a, holds_b = still[i] > 0.0, still[i + step] > 0.0
+        held = (from_a & holds_a) | (from_b & holds_b)
+        moves = not (holds_a & holds_b)
         depth, speed = a if from_b else b, p if from_b else q
         inward = speed > 0.0 if from_b else speed < 0.0
         entering = depth * speed if inward & moves else 0.0
