@@ -12,6 +12,7 @@ from rich.console import Console
 
 from pipeline import layout, store, table
 from pipeline.batch import Ending, execute, jobs, workers
+from pipeline.compilation import compile_once
 from pipeline.interrupts import heard
 from pipeline.place import store_path, summary_path
 from pipeline.progress import shown
@@ -120,6 +121,7 @@ def _execute(todo: Sequence[Job], console: Console, count: int | None, solve: So
     width = min(count or CPU_COUNT, len(todo))
     try:
         with shown(console, total) as progress, heard(progress.tell) as interrupts, workers(width) as client:
+            compile_once(client, progress.tell, interrupts)
             return execute(client, width, todo, progress.report, interrupts, solve)
     except KeyboardInterrupt:
         return Ending(interrupted=True)
