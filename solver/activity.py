@@ -158,7 +158,9 @@ def classify(
             pull, hold = step * bed.along[cell], bed.normal[cell] * material.tangent * HOLDS
             rate = max(
                 rate,
-                status_outside(now.h, status, status.beta_x, i, step, grid.dx, pull, hold, sides.kind[k]),
+                status_outside(
+                    now.h, status, status.beta_x, i, step, grid.dx, pull, hold, sides.kind[k], material.dry
+                ),
             )
         row, step = (GHOSTS, -m) if k == 0 else (grid.rows - GHOSTS - 1, m)
         for cell in range(GHOSTS, m - GHOSTS):
@@ -166,7 +168,9 @@ def classify(
             hold = bed.normal[cell] * material.tangent * HOLDS
             rate = max(
                 rate,
-                status_outside(now.h, status, status.beta_y, i, step, grid.dy, 0.0, hold, sides.kind[2 + k]),
+                status_outside(
+                    now.h, status, status.beta_y, i, step, grid.dy, 0.0, hold, sides.kind[2 + k], material.dry
+                ),
             )
     for c in range(m):
         rate = max(rate, spans.rate[c])
@@ -184,6 +188,7 @@ def status_outside(
     pull: float,
     hold: float,
     kind: int,
+    dry: float,
 ) -> float:
     """Give the ghost ``step`` from a cell the cell's status, but let a given depth drive it.
 
@@ -192,7 +197,7 @@ def status_outside(
     ghost = cell + step
     status.beta_x[ghost], status.beta_y[ghost] = status.beta_x[cell], status.beta_y[cell]
     status.still[ghost] = status.still[cell]
-    if kind == DEPTH and abs(beta[cell] * (h[ghost] - h[cell]) / d - pull) > hold:
+    if kind == DEPTH and h[ghost] > dry and abs(beta[cell] * (h[ghost] - h[cell]) / d - pull) > hold:
         status.still[ghost] = 0.0
         return 2.0 * math.sqrt(beta[cell] * h[ghost]) / d
     return 0.0
@@ -237,7 +242,9 @@ def spread(spans: Spans, still: Array, grid: Grid) -> tuple[int, int, int]:
 
 
 @kernel()
-def moving_volume_exceeds(h: Array, still: Array, spans: Spans, grid: Grid, volume: float) -> bool:
+def moving_volume_exceeds(
+    h: Array, still: Array, spans: Spans, sides: Sides, grid: Grid, volume: float
+) -> bool:
     """Whether cells that are not still hold more than a volume, m3, or a given depth drives a side."""
     m, depth = grid.stride, volume / (grid.dx * grid.dy)
     for j in range(GHOSTS, grid.rows - GHOSTS):
@@ -246,11 +253,13 @@ def moving_volume_exceeds(h: Array, still: Array, spans: Spans, grid: Grid, volu
                 depth -= h[i]
                 if depth < 0.0:
                     return True
-        if still[j * m + GHOSTS - 1] == 0.0 or still[j * m + m - GHOSTS] == 0.0:
-            return True
-    for i in range(GHOSTS, m - GHOSTS):
-        if still[(GHOSTS - 1) * m + i] == 0.0 or still[(grid.rows - GHOSTS) * m + i] == 0.0:
-            return True
+        for k, ghost in ((0, GHOSTS - 1), (1, m - GHOSTS)):
+            if sides.kind[k] == DEPTH and still[j * m + ghost] == 0.0:
+                return True
+    for k, ghost in ((2, GHOSTS - 1), (3, grid.rows - GHOSTS)):
+        for i in range(GHOSTS, m - GHOSTS):
+            if sides.kind[k] == DEPTH and still[ghost * m + i] == 0.0:
+                return True
     return False
 
 

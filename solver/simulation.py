@@ -153,11 +153,13 @@ def simulate(
     Raises
     ------
     ValueError
-        If times do not increase, or an array has a wrong shape, a negative depth, a value not finite.
+        If times do not increase, an array has a wrong shape, a negative depth or a value not finite, or a
+        side is neither a kind nor a depth.
     """
     frames = np.asarray(times, dtype=np.float64)
-    if frames.ndim != 1 or not len(frames) or frames[0] < 0 or not (np.diff(frames) > 0).all():
-        raise ValueError("times must be one or more increasing numbers, the first at least 0")
+    increasing = frames.ndim == 1 and len(frames) and frames[0] >= 0 and (np.diff(frames) > 0).all()
+    if not increasing or not np.isfinite(frames).all():
+        raise ValueError("times must be one or more increasing finite numbers, the first at least 0")
     run = _Run(scene, frames[-1], arrival_depth)
     shape = (len(frames), *scene.lattice.shape)
     depth, velocity_x, velocity_y = np.full((3, *shape), np.nan)
@@ -223,6 +225,9 @@ class _Run:
         self.scene, self.end, self.arrival_depth = scene, end, arrival_depth
         given = [getattr(sides, side) for side in ("x_min", "x_max", "y_min", "y_max")]
         kinds = {"open": OPEN, "wall": WALL, "no-slip": NO_SLIP}
+        for side in given:
+            if side not in kinds and (isinstance(side, str) or not 0 <= side < np.inf):
+                raise ValueError(f"a side must be one of {', '.join(kinds)} or a depth, not {side!r}")
         self.sides = Sides(
             np.array([kinds[s] if isinstance(s, str) else DEPTH for s in given]),
             np.array([0.0 if isinstance(s, str) else float(s) for s in given]),

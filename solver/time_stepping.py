@@ -126,7 +126,7 @@ def advance(
     while progress.time[0] < target:
         rate = classify(now, status, bed, material, sides, grid, spans)
         first, last, cells = spread(spans, status.still, grid)
-        if first > last or not moving_volume_exceeds(now.h, status.still, spans, grid, rest_volume):
+        if first > last or not moving_volume_exceeds(now.h, status.still, spans, sides, grid, rest_volume):
             return AT_REST
         if progress.steps[0] >= max_steps:
             return OUT_OF_STEPS

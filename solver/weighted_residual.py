@@ -93,9 +93,13 @@ def afford(
 
 @kernel()
 def scale(fluxes: Fluxes, at: int, keep: Array, low: int, high: int, count: int) -> None:
-    """Multiply mass and momentum fluxes by the share that the cell they leave can afford; pressure stays."""
+    """Multiply mass and momentum fluxes by the share that the cell they leave can afford; pressure stays.
+
+    A face that carries no mass leaves no cell, and keeps the impulse of a wall or of two flows that meet.
+    """
     for k in range(count):
-        share = keep[low + k] if fluxes.mass[at + k] > 0.0 else keep[high + k]
+        mass = fluxes.mass[at + k]
+        share = keep[low + k] if mass > 0.0 else (keep[high + k] if mass < 0.0 else 1.0)
         fluxes.mass[at + k] *= share
         fluxes.normal[at + k] *= share
         fluxes.tangential[at + k] *= share
