@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import textwrap
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,9 @@ from matplotlib.ticker import MaxNLocator
 
 PANEL_WIDTH = 4.6
 LEVELS = 10
+# thin films stay pale, so that the eye goes to the bulk
+COLOURS = "YlGnBu"
+CHARACTERS_PER_INCH = 13
 
 
 def depth_panels(store: xr.Dataset, run: int, path: Path) -> None:
@@ -57,22 +61,21 @@ def depth_panels(store: xr.Dataset, run: int, path: Path) -> None:
     axes = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
     levels = MaxNLocator(LEVELS, min_n_ticks=5).tick_values(0, max(float(depth.max()), 1e-6))
     filled = [levels[1] / 20, *levels[1:]]
-    norm = BoundaryNorm(levels, colormaps["viridis"].N)
+    norm = BoundaryNorm(levels, colormaps[COLOURS].N)
     for panel, frame in zip(axes.flat, depth, strict=False):
         values = frame.to_numpy()
-        panel.contourf(x, y, values, levels=filled, cmap="viridis", norm=norm)
+        panel.contourf(x, y, values, levels=filled, cmap=COLOURS, norm=norm)
         panel.contour(x, y, values, levels=filled, colors="k", linewidths=0.3)
-        for bound in _bend(store, run):
-            panel.axvline(bound, color="0.6", linestyle=(0, (4, 3)), linewidth=0.7, zorder=0)
-        _label(panel, float(frame["time"]))
+        _draw_bend(panel, _bend(store, run))
+        _label(panel, float(frame["time"]), ticks=int(np.clip(PANEL_WIDTH * shape / 0.3, 1, 5)))
     for panel in list(axes.flat)[depth.sizes["time"] :]:
         panel.set_visible(False)
-    figure.colorbar(ScalarMappable(norm, "viridis"), ax=axes, label="depth (m)", aspect=30, pad=0.02)
+    figure.colorbar(ScalarMappable(norm, COLOURS), ax=axes, label="depth (m)", aspect=30, pad=0.02)
     for panel in axes[-1]:
         panel.set_xlabel("along the bed (m)")
-    for panel in axes[:, 0]:
-        panel.set_ylabel("across (m)")
-    figure.suptitle(_title(store, run))
+    figure.supylabel("across the bed (m)", fontsize="medium")
+    description = textwrap.fill(store.attrs["comment"], int(CHARACTERS_PER_INCH * figure.get_figwidth()))
+    figure.suptitle(f"{_title(store, run)}\n{description}".strip(), fontsize="medium")
     figure.savefig(path, bbox_inches="tight")
 
 
@@ -82,10 +85,26 @@ def _columns(frames: int, shape: float) -> int:
     return min(best, key=lambda n: abs(math.log(math.ceil(frames / n) * (shape + 0.08) / n / 0.8)))
 
 
-def _label(panel: Axes, time: float) -> None:
+def _label(panel: Axes, time: float, ticks: int) -> None:
     panel.set_aspect("equal")
-    panel.yaxis.set_major_locator(MaxNLocator(5, integer=True))
+    panel.yaxis.set_major_locator(MaxNLocator(ticks, integer=True, min_n_ticks=1))
     panel.set_title(f"t = {time:g} s", fontsize="medium", loc="left", pad=3)
+
+
+def _draw_bend(panel: Axes, bounds: list[float]) -> None:
+    for bound in bounds:
+        panel.axvline(bound, color="0.5", linestyle=(0, (4, 3)), linewidth=0.7, zorder=0)
+    if bounds:
+        panel.text(
+            sum(bounds) / 2,
+            0.97,
+            "bend",
+            transform=panel.get_xaxis_transform(),
+            horizontalalignment="center",
+            verticalalignment="top",
+            fontsize="x-small",
+            color="0.4",
+        )
 
 
 def _bend(store: xr.Dataset, run: int) -> list[float]:
