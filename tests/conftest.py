@@ -1,12 +1,17 @@
 import os
+import subprocess
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 
 os.environ.setdefault("NUMBA_NUM_THREADS", "1")
 os.environ.setdefault("MPLBACKEND", "agg")
+
+SCENARIOS = sorted((Path(__file__).parent.parent / "scenarios").glob("*.yaml"))
 
 SCENARIO = """\
 name: {name}
@@ -31,6 +36,22 @@ def scenario_file(tmp_path: Path) -> Callable[..., Path]:
         return path
 
     return write
+
+
+@dataclass(frozen=True)
+class Shipped:
+    """The shipped catalogue after one ``pipeline run``: the place, and what was shown."""
+
+    out: Path
+    shown: subprocess.CompletedProcess[str]
+
+
+@pytest.fixture(scope="session")
+def shipped(tmp_path_factory: pytest.TempPathFactory) -> Shipped:
+    """Run every shipped scenario once, as a user does."""
+    out = tmp_path_factory.mktemp("catalogue") / "results"
+    command = [sys.executable, "-m", "pipeline.cli", "run", *SCENARIOS, "--out", out]
+    return Shipped(out, subprocess.run(command, capture_output=True, text=True, check=False))
 
 
 @pytest.fixture(scope="session")
