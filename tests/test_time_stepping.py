@@ -1,0 +1,194 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scenes import SCENES, rough, scene
+
+from solver.lattice import Lattice
+from solver.rheology import Coulomb
+from solver.simulation import Boundaries, Scene, Scheme, _Run, simulate
+from solver.terrain import Plane
+from solver.time_stepping import (
+    AT_REST,
+    COLLAPSED,
+    NOT_FINITE,
+    OUT_OF_STEPS,
+    REACHED,
+    SSP_RK3,
+    Progress,
+    Record,
+    record_maxima,
+)
+
+
+def rate(u):
+    return np.stack([np.sin(u[1]) - u[0] ** 2, u[0] * np.cos(u[1])])
+
+
+def step(u, dt):
+    result = u
+    for part in SSP_RK3:
+        result = u + part * (result - u + dt * rate(result))
+    return result
+
+
+def test_the_weights_are_those_of_equation_14():
+    u, dt = np.array([0.7, -0.4]), 0.3
+    one = u + dt * rate(u)
+    two = 3 / 4 * u + 1 / 4 * (one + dt * rate(one))
+    np.testing.assert_allclose(step(u, dt), u / 3 + 2 / 3 * (two + dt * rate(two)), rtol=1e-15)
+
+
+def test_the_weights_are_of_third_order():
+    def error(steps, exact=None):
+        u = np.array([0.7, -0.4])
+        for _ in range(steps):
+            u = step(u, 2 / steps)
+        return u if exact is None else np.abs(u - exact).max()
+
+    exact = error(20_000)
+    steps = np.array([10, 20, 40, 80])
+    slope = np.polyfit(np.log(steps), np.log([error(n, exact) for n in steps]), 1)[0]
+    assert -3.15 < slope < -2.95
+
+
+@pytest.mark.parametrize("jump", [0.4, -0.4], ids=["rarefying", "compressing"])
+def test_a_smooth_frictionless_flow_converges_in_time_at_nearly_third_order(jump):
+    lattice = Lattice((0, 20), (0, 1), 0.5)
+    ramp = np.tile(jump * np.tanh((lattice.x_points - 10) / 4), (3, 1))
+
+    def run(cfl):
+        sides = Boundaries(y_min="wall", y_max="wall")
+        start = Scene(lattice, Plane(5), 2 + ramp, 1 + ramp, 0 * ramp, Coulomb(0), boundaries=sides)
+        return simulate(replace(start, scheme=Scheme(cfl=cfl)), [1.0]).depth[0, 1, 6:-6]
+
+    exact, cfl = run(0.01), np.array([0.9, 0.45, 0.225])
+    errors = [np.abs(run(c) - exact).max() for c in cfl]
+    assert np.polyfit(np.log(cfl), np.log(errors), 1)[0] > 2.8
+
+
+def every_step(case, end, arrival_depth=0.0):
+    """Times and states after each step, from the first on, and the run."""
+    run = _Run(case, end, arrival_depth)
+    times, states = [run.time], [run.state]
+    while (outcome := run.advance(end, len(times))) == OUT_OF_STEPS:
+        times.append(run.time)
+        states.append(run.state)
+    if run.time > times[-1]:
+        times.append(run.time)
+        states.append(run.state)
+    return np.array(times), np.stack(states), run, outcome
+
+
+@pytest.mark.parametrize("name", ["frictionless", "mixed sides", "leaving the domain", "coming to rest"])
+def test_the_record_is_that_of_all_steps(name):
+    case, end = SCENES[name]
+    times, states, run, outcome = every_step(case, end, arrival_depth=0.05)
+    assert outcome == (AT_REST if name in ("leaving the domain", "coming to rest") else REACHED)
+    assert len(times) == run.progress.steps[0] + 1
+    result = simulate(case, [end], arrival_depth=0.05)
+    assert result.steps == len(times) - 1
+    h, u, v = states.transpose(1, 0, 2, 3)
+    square = u**2 + v**2
+    np.testing.assert_array_equal(result.max_depth, h.max(axis=0))
+    np.testing.assert_array_equal(result.max_speed, np.sqrt(square.max(axis=0)))
+    np.testing.assert_allclose(result.max_momentum_flux, (h * square).max(axis=0), rtol=1e-15)
+    reached = h > 0.05
+    first = np.where(reached.any(axis=0), times[reached.argmax(axis=0)], np.nan)
+    np.testing.assert_array_equal(result.arrival_time, first)
+    assert np.isnan(first).any()
+    assert (first == 0).any()
+    assert (first > 0).any()
+
+
+def test_steps_are_as_long_as_the_courant_number_allows_and_the_last_two_equal():
+    case, end = SCENES["curvature"]
+    times, states, *_ = every_step(case, end)
+    lengths = np.diff(times)
+    assert times[-1] == end
+    assert lengths[-1] == pytest.approx(lengths[-2], rel=1e-12)
+    h, u, v = states[3]
+    wet = h > case.scheme.wet_limit * case.depth.max()
+    c = np.sqrt(9.81 * np.cos(case.terrain.inclination(case.lattice.x_points)) * h)
+    largest = ((np.abs(u) + c) / case.lattice.dx + (np.abs(v) + c) / case.lattice.dy)[wet].max()
+    assert lengths[3] == pytest.approx(case.scheme.cfl / largest, rel=1e-12)
+
+
+def test_a_frame_is_met_to_the_last_bit():
+    case, end = SCENES["walls"]
+    run = _Run(case, end, 0.0)
+    for target in end * np.array([0.0, 1e-9, 1 / 3, 1 / 3 + 1e-9, 0.7, 1.0]):
+        assert run.advance(target, None) == REACHED
+        assert run.time == target
+
+
+def test_a_time_already_reached_takes_no_step():
+    run = _Run(*SCENES["walls"], 0.0)
+    assert run.advance(0.0, None) == REACHED
+    assert run.progress.steps[0] == run.progress.cell_stages[0] == 0
+
+
+def test_cells_stepped_are_counted():
+    run = _Run(*SCENES["several blobs"], 0.0)
+    run.advance(1.0, 1)
+    stepped = (run.spans.stepped[1] - run.spans.stepped[0]).sum()
+    before = run.progress.cell_stages[0]
+    assert before > 0
+    run.advance(1.0, 2)
+    assert run.progress.cell_stages[0] - before == 3 * stepped
+
+
+def test_a_run_out_of_steps_has_taken_just_those():
+    run = _Run(*SCENES["walls"], 0.0)
+    assert run.advance(1.0, 4) == OUT_OF_STEPS
+    assert run.progress.steps[0] == 4
+    assert run.advance(1.0, 4) == OUT_OF_STEPS
+    assert run.progress.steps[0] == 4
+
+
+def test_a_time_step_next_to_nothing_is_a_collapse():
+    case = scene(speed=(1e11, 0))
+    assert _Run(case, 1.0, 0.0).advance(1.0, None) == COLLAPSED
+    assert _Run(case, 1e-9, 0.0).advance(1e-12, 1) != COLLAPSED
+
+
+def test_a_value_that_is_not_finite_is_found_with_its_place():
+    case = rough(1)
+    for bad in (np.nan, np.inf):
+        for k in range(3):
+            run = _Run(case, 1.0, 0.0)
+            i = np.argmax(run.now.h > 0.1)
+            j, i = divmod(int(i), run.grid.stride)
+            run.now[k][j * run.grid.stride + i] = bad
+            spans = run.spans.wet.copy()
+            arrays = spans, run.grid, 1e-4, 0.0, run.record, run.progress
+            assert not record_maxima(run.now, *arrays)
+            assert run.progress.place.tolist() == [j - 2, i - 2]
+
+
+def test_the_record_kernel_is_its_twin_and_touches_nothing_outside_the_spans():
+    case, dry, threshold = rough(2), 1e-3, 0.1
+    run = _Run(case, 1.0, 0.0)
+    rng, shape = np.random.default_rng(0), case.lattice.shape
+    old = rng.uniform(0, 0.5, (3, *shape))
+    arrival = np.where(rng.random(shape) < 0.3, 1.0, np.nan)
+    record = Record(*(q.ravel().copy() for q in old), arrival.ravel().copy())
+    unused = np.zeros(1, np.int64), np.zeros(1, np.int64), np.zeros(2), np.full(2, -1, np.int64)
+    spans = run.spans.wet.copy()
+    spans[:, 2:6], spans[1, 8] = 0, spans[0, 8] + 3
+    assert record_maxima(run.now, spans, run.grid, dry, threshold, record, Progress(np.full(1, 5.0), *unused))
+    columns = np.arange(shape[1]) + 2
+    inside = (columns >= spans[0, 2:-2, None]) & (columns < spans[1, 2:-2, None])
+    h, u, v = run.state
+    square = u**2 + v**2
+    new = h, np.where(h > dry, square, 0), h * square
+    for actual, before, value in zip(record, old, new, strict=False):
+        expected = np.where(inside, np.maximum(before, value), before)
+        np.testing.assert_allclose(actual.reshape(shape), expected, rtol=1e-15)
+    expected = np.where(inside & (h > threshold) & np.isnan(arrival), 5.0, arrival)
+    np.testing.assert_array_equal(record.arrival.reshape(shape), expected)
+
+
+def test_a_flow_too_fast_for_its_numbers_ends_as_not_finite():
+    case = scene(speed=(1e160, 0))
+    assert _Run(case, 1e-159, 0.0).advance(1e-159, None) == NOT_FINITE
