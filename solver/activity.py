@@ -96,8 +96,10 @@ def classify_run(
         i, c = np.uint64(cell) + np.uint64(k), np.uint64(column) + np.uint64(k)
         w, e, s, n = i - one, i + one, i - row, i + row
         wet = h[i] > dry
-        u_e, u_w = u[e] if h[e] > dry else u[i], u[w] if h[w] > dry else u[i]
-        v_n, v_s = v[n] if h[n] > dry else v[i], v[s] if h[s] > dry else v[i]
+        # loaded before they are chosen from: a choice of address would be gathered
+        u_i, u_e, u_w, v_i, v_n, v_s = u[i], u[e], u[w], v[i], v[n], v[s]
+        u_e, u_w = u_e if h[e] > dry else u_i, u_w if h[w] > dry else u_i
+        v_n, v_s = v_n if h[n] > dry else v_i, v_s if h[s] > dry else v_i
         extends_x, extends_y = (u_e >= u_w) | (not wet), (v_n >= v_s) | (not wet)
         k_x = x_a if extends_x else x_p
         k_active, k_passive = y_aa if extends_y else y_ap, y_pa if extends_y else y_pp

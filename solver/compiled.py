@@ -12,12 +12,25 @@ from typing import Any
 
 import numba
 import numpy as np
+from numba.core.codegen import get_host_cpu_features
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 # the settings of numba are made at run time
 config: Any = numba.config
+
+
+@cache
+def widen_vectors() -> None:
+    """Let LLVM use vectors of 512 bits where the processor has them.
+
+    LLVM prefers 256 bits there, for the sake of code that uses them rarely; the kernels do little else. It
+    has no effect on results, nor where Numba has compiled something before in the process.
+    """
+    features: str = get_host_cpu_features()  # type: ignore[no-untyped-call]
+    if config.CPU_FEATURES is None and "+avx512f" in features.split(","):
+        config.CPU_FEATURES = features + ",-prefer-256-bit"
 
 
 @cache
@@ -57,6 +70,7 @@ def kernel(fastmath: bool = True) -> Callable[[Callable[..., Any]], Any]:
     flags = {"nnan", "nsz"} if fastmath else False
 
     def compile_(function: Callable[..., Any]) -> Any:
+        widen_vectors()
         before = config.CACHE_DIR
         config.CACHE_DIR = str(cache_directory())
         try:

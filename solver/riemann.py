@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -30,7 +29,6 @@ def hll(
     low_at: int,
     high: FaceValues,
     high_at: int,
-    beta: Array,
     still: Array,
     cell: int,
     neighbour: int,
@@ -49,8 +47,6 @@ def hll(
     ----------
     low, low_at, high, high_at
         Values of the cells on the two sides and the index of the first of them.
-    beta : flat array
-        g cos(xi) K in the direction of the normal (eq. 7), m s-2.
     still : flat array
         1 where a cell is dry or held by friction, else 0.
     cell, neighbour, count : int
@@ -68,7 +64,7 @@ def hll(
         a, b = low.h_high[one], high.h_low[two]
         p, q = low.n_high[one], high.n_low[two]
         s, t = low.t_high[one], high.t_low[two]
-        c_a, c_b = math.sqrt(beta[i] * a), math.sqrt(beta[i + step] * b)
+        c_a, c_b = low.c[one], high.c[two]
         first, second = p - c_a if a > dry else q - 2.0 * c_b, q - c_b
         slow = first if first < second else second
         slow = slow if slow < 0.0 else 0.0

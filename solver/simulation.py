@@ -267,8 +267,8 @@ class _Run:
             if row.any():
                 self.spans.wet[:, j] = GHOSTS + np.argmax(row), GHOSTS + nx - np.argmax(row[::-1])
         self.buffers = Buffers(
-            FaceValues(*np.zeros((6, n))),
-            FaceValues(*np.zeros((6, 2 * n))),
+            FaceValues(*np.zeros((7, n))),
+            FaceValues(*np.zeros((7, 2 * n))),
             Fluxes(*np.zeros((4, RING * n))),
             Fluxes(*np.zeros((4, RING * n))),
             np.ones(RING * n),

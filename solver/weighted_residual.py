@@ -85,10 +85,15 @@ def afford(
         out_x = (e if e > 0.0 else 0.0) - (w if w < 0.0 else 0.0)
         out_y = (n if n > 0.0 else 0.0) - (s if s < 0.0 else 0.0)
         loss, most = out_x * over_x + out_y * over_y, (1.0 - SPARE) * h[np.uint64(cell) + i]
-        share = most / (loss if loss > most else most + 1e-300)
-        keep[np.uint64(to) + i] = share if loss > most else 1.0
         short |= 1 if loss > most else 0
-    return short != 0
+    if short == 0:
+        return False
+    for k in range(count):
+        w, e, s, n = x_mass[west + k], x_mass[west + 1 + k], y_mass[south + k], y_mass[north + k]
+        loss = (max(e, 0.0) - min(w, 0.0)) * over_x + (max(n, 0.0) - min(s, 0.0)) * over_y
+        most = (1.0 - SPARE) * h[cell + k]
+        keep[to + k] = most / loss if loss > most else 1.0
+    return True
 
 
 @kernel()
@@ -130,7 +135,7 @@ def update_row(
     The convex combination comes first, then friction as a force of at most
     ``h tan(delta) max(0, g cos xi + kappa u^2)`` against the motion, so that it stops a cell exactly. It acts
     on the depth that gravity acts on: with the new depth instead, a front would feel friction before gravity
-    and lag. Turbulent drag is added implicitly, which makes the terminal velocity exact.
+    and lag.
 
     Parameters
     ----------
@@ -142,7 +147,7 @@ def update_row(
         Fluxes and the indices of the first cell's faces.
     """
     over_x, over_y = 1.0 / grid.dx, 1.0 / grid.dy
-    dry, step = material.dry, part * dt
+    dry, braking = material.dry, part * dt * material.tangent
     one = np.uint64(1)
     for k in range(count):
         k_ = np.uint64(k)
@@ -165,20 +170,28 @@ def update_row(
         h = h_0 + part * ((h_1 - h_0) + dt * gain)
         hu += part * ((h_1 * now.u[i] - hu) + dt * gain_u)
         hv += part * ((h_1 * now.v[i] - hv) + dt * gain_v)
-        wet = h > dry
-        per_depth = 1.0 / (h if wet else 1.0)
-        per_depth = per_depth if wet else 0.0
-        u, v = hu * per_depth, hv * per_depth
-        speed = math.sqrt(u * u + v * v)
-        load = bed.normal[c] + bed.curvature[c] * (u * u)
+        speed = now.u[i]
+        load = bed.normal[c] + bed.curvature[c] * (speed * speed)
         load = load if load > 0.0 else 0.0
-        brake = step * material.tangent * load * (h_1 * per_depth)
-        left = speed - brake
-        left = left if speed > brake * HOLDS else 0.0
-        if material.drag > 0.0:
-            left = 2.0 * left / (1.0 + math.sqrt(1.0 + 4.0 * (step * material.drag * per_depth) * left))
-        slowed = left / (speed + 1e-300)
-        out.h[i], out.u[i], out.v[i] = h, u * slowed, v * slowed
+        size, brake = math.sqrt(hu * hu + hv * hv), braking * load * h_1
+        left = size - brake
+        per_depth = left / (size * h + 1e-300)
+        per_depth = per_depth if (size > brake * HOLDS) & (h > dry) else 0.0
+        out.h[i], out.u[i], out.v[i] = h, hu * per_depth, hv * per_depth
+
+
+@kernel()
+def drag_row(out: Fields, cell: int, count: int, drag: float) -> None:
+    """Slow a run of cells by turbulent drag, implicitly, which makes the terminal velocity exact.
+
+    drag : g / turbulent friction times the step, s.
+    """
+    for k in range(count):
+        i = np.uint64(cell) + np.uint64(k)
+        u, v, h = out.u[i], out.v[i], out.h[i]
+        resistance = 4.0 * drag * math.sqrt(u * u + v * v) / (h if h > 0.0 else 1.0)
+        slowed = 2.0 / (1.0 + math.sqrt(1.0 + resistance))
+        out.u[i], out.v[i] = u * slowed, v * slowed
 
 
 @kernel()
@@ -219,12 +232,16 @@ def stage(
     """
     m, dry = grid.stride, material.dry
     along, across, x_fluxes, y_fluxes, keep = buffers
+    h, u, v = now
+    beta_x, beta_y, still = status
+    x_mass, y_mass = x_fluxes.mass, y_fluxes.mass
+    west, east, low, high = sides.kind[0], sides.kind[1], sides.kind[2], sides.kind[3]
     fill_ghosts(now, sides, grid, first, last)
     short_before = False
     for j in range(first - 1, last + 2):
         for k in range(j if j < first else j + 1, j + 2):
             a, b = hull(spans, k - 1, k + 1)
-            face_values(now.h, now.v, now.u, k * m + a, m, b - a, dry, across, (k % 2) * m + a)
+            face_values(h, v, u, beta_y, k * m + a, m, b - a, dry, across, (k % 2) * m + a)
         ring, below = (j % RING) * m, ((j - 1) % RING) * m
         a, b = hull(spans, j, j + 1)
         hll(
@@ -232,8 +249,7 @@ def stage(
             (j % 2) * m + a,
             across,
             ((j + 1) % 2) * m + a,
-            status.beta_y,
-            status.still,
+            still,
             j * m + a,
             m,
             b - a,
@@ -245,30 +261,27 @@ def stage(
             restrict(
                 y_fluxes,
                 ring + a,
-                now.h,
-                now.v,
-                now.u,
-                status.beta_y,
+                h,
+                v,
+                u,
+                beta_y,
                 (j + 1) * m + a,
                 b - a,
-                sides.kind[2],
+                low,
                 -1.0,
             )
         if j == grid.rows - GHOSTS - 1:
-            restrict(
-                y_fluxes, ring + a, now.h, now.v, now.u, status.beta_y, j * m + a, b - a, sides.kind[3], 1.0
-            )
+            restrict(y_fluxes, ring + a, h, v, u, beta_y, j * m + a, b - a, high, 1.0)
         short = False
         a, b = spans[0, j], spans[1, j]
         if a < b:
-            face_values(now.h, now.u, now.v, j * m + a - 1, 1, b - a + 2, dry, along, a - 1)
+            face_values(h, u, v, beta_x, j * m + a - 1, 1, b - a + 2, dry, along, a - 1)
             hll(
                 along,
                 a - 1,
                 along,
                 a,
-                status.beta_x,
-                status.still,
+                still,
                 j * m + a - 1,
                 1,
                 b - a + 1,
@@ -277,29 +290,27 @@ def stage(
                 ring + a,
             )
             if a == GHOSTS:
-                restrict(
-                    x_fluxes, ring + a, now.h, now.u, now.v, status.beta_x, j * m + a, 1, sides.kind[0], -1.0
-                )
+                restrict(x_fluxes, ring + a, h, u, v, beta_x, j * m + a, 1, west, -1.0)
             if b == m - GHOSTS:
                 restrict(
                     x_fluxes,
                     ring + b,
-                    now.h,
-                    now.u,
-                    now.v,
-                    status.beta_x,
+                    h,
+                    u,
+                    v,
+                    beta_x,
                     j * m + b - 1,
                     1,
-                    sides.kind[1],
+                    east,
                     1.0,
                 )
             short = afford(
-                now.h,
+                h,
                 j * m + a,
                 b - a,
-                x_fluxes.mass,
+                x_mass,
                 ring + a,
-                y_fluxes.mass,
+                y_mass,
                 below + a,
                 ring + a,
                 dt,
@@ -307,14 +318,16 @@ def stage(
                 keep,
                 ring + a,
             )
-            if short:
+            if not short:
+                keep[ring + a : ring + b] = 1.0
+            else:
                 # beyond the ends of a span faces are closed or on the boundary
                 keep[ring + a - 1] = keep[ring + b] = 1.0
                 scale(x_fluxes, ring + a, keep, ring + a - 1, ring + a, b - a + 1)
             if a == GHOSTS:
-                account(x_fluxes.mass, ring + a, 1, -1.0, share * dt * grid.dy, ledger)
+                account(x_mass, ring + a, 1, -1.0, share * dt * grid.dy, ledger)
             if b == m - GHOSTS:
-                account(x_fluxes.mass, ring + b, 1, 1.0, share * dt * grid.dy, ledger)
+                account(x_mass, ring + b, 1, 1.0, share * dt * grid.dy, ledger)
         if short or short_before:
             a, b = hull(spans, j - 1, j)
             for row in (j - 1, j):
@@ -347,7 +360,9 @@ def stage(
             dt,
             grid,
         )
+        if material.drag > 0.0:
+            drag_row(out, row * m + a, b - a, part * dt * material.drag)
         if row == GHOSTS:
-            account(y_fluxes.mass, south, b - a, -1.0, share * dt * grid.dx, ledger)
+            account(y_mass, south, b - a, -1.0, share * dt * grid.dx, ledger)
         if row == grid.rows - GHOSTS - 1:
-            account(y_fluxes.mass, below + a, b - a, 1.0, share * dt * grid.dx, ledger)
+            account(y_mass, below + a, b - a, 1.0, share * dt * grid.dx, ledger)

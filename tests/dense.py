@@ -76,12 +76,15 @@ def face_values(h, n, t, dry):
     behind, ahead = (np.where(h[:, k] > dry, n[:, k], n[:, 1:-1]) for k in (np.s_[:-2], np.s_[2:]))
     stopped = behind - ahead > np.minimum(np.abs(behind), np.abs(ahead))
     steepness = np.where(stopped, 1.0, 2.0)
-    return (*reconstruct(h, steepness), *reconstruct(n, steepness), *reconstruct(t, 2.0))
+    low, high = reconstruct(h, steepness)
+    # a front shows a dry cell no depth before it holds 0.45 of what lies behind
+    low = np.where((h[:, :-2] <= dry) & (h[:, 1:-1] < 0.45 * h[:, 2:]), 0.0, low)
+    high = np.where((h[:, 2:] <= dry) & (h[:, 1:-1] < 0.45 * h[:, :-2]), 0.0, high)
+    return (low, high, *reconstruct(n, steepness), *reconstruct(t, 2.0))
 
 
-def hll(a, p, s, b, q, t, beta_a, beta_b, still_a, still_b, dry):
-    """Harten, Lax & van Leer between (depth, normal, tangential) = (a, p, s) and (b, q, t)."""
-    c_a, c_b = np.sqrt(beta_a * a), np.sqrt(beta_b * b)
+def hll(a, p, s, b, q, t, c_a, c_b, still_a, still_b, dry):
+    """Harten, Lax & van Leer between (depth, normal, tangential) = (a, p, s) and (b, q, t), wave speeds c."""
     slow = np.minimum(np.minimum(np.where(a > dry, p - c_a, q - 2 * c_b), q - c_b), 0)
     fast = np.maximum(np.maximum(np.where(b > dry, q + c_b, p + 2 * c_a), p + c_a), 0)
     width = np.where(fast > slow, fast - slow, 1.0)
@@ -123,11 +126,12 @@ def fluxes(state, beta, still, low, high, dry):
     """Fluxes along the rows through all faces of the inner cells; all arrays padded."""
     h, n, t, beta, still = (q[2:-2] for q in (*state, beta, still))
     h_low, h_high, n_low, n_high, t_low, t_high = face_values(h, n, t, dry)
+    c = np.sqrt(beta * h)
     flux = hll(
         *(q[:, :-1] for q in (h_high, n_high, t_high)),
         *(q[:, 1:] for q in (h_low, n_low, t_low)),
-        beta[:, 1:-2],
-        beta[:, 2:-1],
+        c[:, 1:-2],
+        c[:, 2:-1],
         still[:, 1:-2],
         still[:, 2:-1],
         dry,
@@ -158,13 +162,13 @@ def difference(q):
     return q[:, :-1] - q[:, 1:]
 
 
-def brake(h_before, h, u, v, bed, tangent, drag, dry, time):
-    """Velocity after a time of friction on the depth before, and of drag; bed: normal load and curvature."""
+def brake(h_before, u_before, h, u, v, bed, tangent, drag, dry, time):
+    """Velocity after a time of friction on the load before, and of drag; bed: normal load and curvature."""
     normal, curvature = bed
     wet = h > dry
     depth = np.where(wet, h, 1.0)
     speed = np.hypot(u, v)
-    loss = time * tangent * np.maximum(0, normal + curvature * u**2) * h_before / depth
+    loss = time * tangent * np.maximum(0, normal + curvature * u_before**2) * h_before / depth
     left = np.where(speed > loss * HOLDS, speed - loss, 0.0)
     if drag:
         # the positive root of left = speed' + time drag speed'^2 / h
@@ -307,7 +311,7 @@ class Run:
         wet = h > self.dry
         u, v = (np.where(wet, q / np.where(wet, h, 1.0), 0.0) for q in (hu, hv))
         bed = self.normal[2:-2], self.curvature[2:-2]
-        return State(h, *brake(h_1, h, u, v, bed, self.tangent, self.drag, self.dry, part * dt))
+        return State(h, *brake(h_1, u_1, h, u, v, bed, self.tangent, self.drag, self.dry, part * dt))
 
     def step(self, dt):
         """One step of eq. 14."""

@@ -8,13 +8,13 @@ from solver.reconstruction import AHEAD, BEHIND, MIDDLE, FaceValues, face_values
 DRY = 1e-4
 
 
-def reconstruct(h, n, t, along_y=False):
-    """The kernel over all inner cells, along x or along y."""
+def reconstruct(h, n, t, along_y=False, beta=9.81):
+    """The kernel over all inner cells, along x or along y: face values, then the wave speed of the cells."""
     rows, m = h.shape
-    out = FaceValues(*np.zeros((6, rows * m)))
+    out, flat = FaceValues(*np.zeros((7, rows * m))), [q.ravel() for q in (h, n, t, beta + 0 * h)]
     for j in range(1, rows - 1):
         first = j * m + 1
-        face_values(h.ravel(), n.ravel(), t.ravel(), first, m if along_y else 1, m - 2, DRY, out, first)
+        face_values(*flat, first, m if along_y else 1, m - 2, DRY, out, first)
     return [q.reshape(rows, m)[1:-1, 1:-1] for q in out]
 
 
@@ -33,8 +33,10 @@ def test_face_values_are_their_twin(along_y):
         expected = [q.T[:, 1:-1] for q in dense.face_values(h.T, n.T, t.T, DRY)]
     else:
         expected = [q[1:-1] for q in dense.face_values(h, n, t, DRY)]
-    for actual, wanted in zip(reconstruct(h, n, t, along_y), expected, strict=True):
+    *faces, speed = reconstruct(h, n, t, along_y, beta=4.0)
+    for actual, wanted in zip(faces, expected, strict=True):
         np.testing.assert_allclose(actual, wanted, rtol=1e-14, atol=1e-16)
+    np.testing.assert_array_equal(speed, 2 * np.sqrt(h[1:-1, 1:-1]))
 
 
 @pytest.mark.parametrize("weight_shape", [1.0, 9.0])
@@ -50,7 +52,7 @@ def test_smooth_means_are_reconstructed_without_limiting_and_quadratics_exactly(
     edges = np.linspace(1, 3, 22)
     cubes = np.diff(edges**3) / np.diff(edges) / 3
     means = np.tile(cubes, (3, 1))
-    h_low, h_high, n_low, n_high, t_low, t_high = reconstruct(means, means, means)
+    h_low, h_high, n_low, n_high, t_low, t_high, _ = reconstruct(means, means, means)
     for low in (h_low, n_low, t_low):
         np.testing.assert_allclose(low[0], edges[1:-2] ** 2, rtol=1e-13)
     for high in (h_high, n_high, t_high):
@@ -62,10 +64,13 @@ def test_smooth_means_are_reconstructed_without_limiting_and_quadratics_exactly(
 @pytest.mark.parametrize("seed", range(3))
 def test_face_values_make_no_extremum_and_no_negative_depth(seed):
     h, n, t = random_cells(seed)
-    low_high = reconstruct(h, n, t)
+    *low_high, _ = reconstruct(h, n, t)
     for q, low, high in zip((h, n, t), low_high[::2], low_high[1::2], strict=True):
         around = np.stack([q[1:-1, :-2], q[1:-1, 1:-1], q[1:-1, 2:]])
         least, most = around.min(axis=0), around.max(axis=0)
+        if q is h:
+            # a front shows a dry cell no depth at all
+            least = np.where(least <= DRY, 0.0, least)
         room = 1e-15 * np.abs(around).max(axis=0)
         for face in (low, high):
             assert (face >= least - room).all()
@@ -92,8 +97,20 @@ def test_a_flow_that_loses_half_its_speed_is_limited_by_minmod():
 
 
 @pytest.mark.parametrize(
-    ("back", "forth", "expected"),
-    [(1, 1, 0.5), (1, -1, 0), (0, 1, 0), (1, 8, 1.0), (8, 1, 1.0), (-1, -1, -0.5)],
+    ("back", "forth", "low", "high"),
+    [(1, 1, 0.5, 0.5), (1, -1, 0, 0), (0, 1, 0, 0), (1, 8, 1, 1), (-1, -1, -0.5, -0.5), (1, 2, 2 / 3, 5 / 6)],
 )
-def test_the_limited_step_is_within_the_smaller_difference(back, forth, expected):
-    assert limited(float(back), float(forth), -BEHIND, AHEAD, 2.0) == pytest.approx(expected, rel=1e-15)
+def test_the_limited_steps_are_within_the_smaller_difference(back, forth, low, high):
+    assert limited(float(back), float(forth), 2.0) == pytest.approx((low, high), rel=1e-15)
+
+
+@pytest.mark.parametrize(("front", "shown"), [(0.44, False), (0.46, True)])
+@pytest.mark.parametrize("dry", [0.0, DRY / 2])
+def test_a_front_shows_a_dry_cell_no_depth_before_it_is_deep_enough(front, shown, dry):
+    row = [1.0, 1.0, front, dry, dry]
+    for h in (np.array([row] * 3), np.array([row[::-1]] * 3)):
+        low, high, *_ = reconstruct(h, 0 * h, 0 * h)
+        toward_dry = high[0, 1] if h[0, 0] == 1 else low[0, 1]
+        from_dry = low[0, 1] if h[0, 0] == 1 else high[0, 1]
+        assert (toward_dry > 0) == shown
+        assert from_dry > front

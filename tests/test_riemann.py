@@ -8,14 +8,14 @@ from solver.riemann import Fluxes, hll
 DRY = 1e-4
 
 
-def kernel(a, p, s, b, q, t, beta_a, beta_b, still_a, still_b):
-    """The kernel over faces between the states (a, p, s) and (b, q, t)."""
+def kernel(a, p, s, b, q, t, c_a, c_b, still_a, still_b):
+    """The kernel over faces between the states (a, p, s) and (b, q, t) of cells with wave speeds c."""
     n = len(a)
     unused = np.full(n, np.nan)
     out = Fluxes(*np.zeros((4, n)))
-    low, high = FaceValues(unused, a, unused, p, unused, s), FaceValues(b, unused, q, unused, t, unused)
-    beta, still = np.concatenate([beta_a, beta_b]), np.concatenate([still_a, still_b])
-    hll(low, 0, high, 0, beta, still, 0, n, n, DRY, out, 0)
+    low = FaceValues(unused, a, unused, p, unused, s, c_a)
+    high = FaceValues(b, unused, q, unused, t, unused, c_b)
+    hll(low, 0, high, 0, np.concatenate([still_a, still_b]), 0, n, n, DRY, out, 0)
     return out
 
 
@@ -31,24 +31,26 @@ def random_states(seed=0, n=4000):
     s, t = rng.normal(0, 3, (2, n))
     equal, mirrored = some(0.2), some(0.2)
     b, q = np.where(equal | mirrored, a, b), np.where(mirrored, -p, np.where(equal, p, q))
-    beta_a = rng.uniform(1, 10, n)
-    beta_b = np.where(some(0.5), beta_a, 2 * beta_a)
-    return a, p, s, b, q, t, beta_a, beta_b, some(0.3) * 1.0, some(0.3) * 1.0
+    # the speed of a cell is that of its mean depth, which is not that at the face
+    beta = rng.uniform(1, 10, n)
+    c_a, c_b = np.sqrt(beta * a * rng.uniform(0.5, 2, n)), np.sqrt(beta * b * rng.uniform(0.5, 4, n))
+    c_b = np.where(equal | mirrored, c_a, c_b)
+    return a, p, s, b, q, t, c_a, c_b, some(0.3) * 1.0, some(0.3) * 1.0
 
 
 def test_the_flux_is_its_twin():
     states = random_states()
-    a, p, s, b, q, t, beta_a, beta_b, *_ = states
-    speed = np.abs([p, q, s, t]).sum(axis=0) + np.sqrt(beta_a * a) + np.sqrt(beta_b * b)
+    a, p, s, b, q, t, c_a, c_b, *_ = states
+    speed = np.abs([p, q, s, t]).sum(axis=0) + c_a + c_b
     sizes = (a + b) * speed, (a + b) * speed**2, (a + b) * speed**2, (a + b) ** 2
     for actual, expected, size in zip(kernel(*states), dense.hll(*states, DRY), sizes, strict=True):
         assert (np.abs(actual - expected) <= 1e-14 * size).all()
 
 
 def test_equal_states_exchange_the_flux_of_the_equations():
-    a, p, s, *_, beta, _, _, _ = random_states()
+    a, p, s, *_, c, _, _, _ = random_states()
     none = 0 * a
-    flux = kernel(a, p, s, a, p, s, beta, beta, none, none)
+    flux = kernel(a, p, s, a, p, s, c, c, none, none)
     wet = a > DRY
     for actual, exact in zip(flux, (a * p, a * p * p, a * p * s, a * a / 2), strict=True):
         np.testing.assert_allclose(actual[wet], exact[wet], rtol=1e-13, atol=1e-15)
@@ -57,25 +59,25 @@ def test_equal_states_exchange_the_flux_of_the_equations():
 def test_supercritical_flow_is_upwind():
     a, b = np.array([0.5, 1e-5]), np.array([0.1, 0.3])
     p, q = np.array([9.0, 9.0]), np.array([8.0, 8.0])
-    s, t, beta, none = np.full(2, 1.0), np.full(2, -1.0), np.full(2, 4.0), np.zeros(2)
-    flux = kernel(a, p, s, b, q, t, beta, beta, none, none)
+    s, t, c, none = np.full(2, 1.0), np.full(2, -1.0), np.full(2, 1.5), np.zeros(2)
+    flux = kernel(a, p, s, b, q, t, c, c, none, none)
     np.testing.assert_allclose(flux.mass, a * p, rtol=1e-14)
     np.testing.assert_allclose(flux.tangential, a * p * s, rtol=1e-14)
-    back = kernel(b, -q, t, a, -p, s, beta, beta, none, none)
+    back = kernel(b, -q, t, a, -p, s, c, c, none, none)
     np.testing.assert_allclose(back.mass, -a * p, rtol=1e-14)
 
 
 def test_the_mirror_image_has_the_mirrored_flux_to_the_last_bit():
-    a, p, s, b, q, t, beta_a, beta_b, still_a, still_b = random_states(1)
-    here = kernel(a, p, s, b, q, t, beta_a, beta_b, still_a, still_b)
-    there = kernel(b, -q, t, a, -p, s, beta_b, beta_a, still_b, still_a)
+    a, p, s, b, q, t, c_a, c_b, still_a, still_b = random_states(1)
+    here = kernel(a, p, s, b, q, t, c_a, c_b, still_a, still_b)
+    there = kernel(b, -q, t, a, -p, s, c_b, c_a, still_b, still_a)
     for k, sign in ((0, -1), (1, 1), (2, -1), (3, 1)):
         np.testing.assert_array_equal(here[k], sign * there[k])
 
 
 def test_a_flow_and_its_mirror_image_exchange_no_mass():
-    a, p, s, *_, beta, _, still, _ = random_states(2)
-    flux = kernel(a, p, s, a, -p, s, beta, beta, still, still)
+    a, p, s, *_, c, _, still, _ = random_states(2)
+    flux = kernel(a, p, s, a, -p, s, c, c, still, still)
     assert not flux.mass.any()
     assert not flux.tangential.any()
 
@@ -98,9 +100,10 @@ def test_nothing_leaves_a_still_cell():
 
 
 def test_a_level_layer_at_rest_feels_its_pressure_and_nothing_else():
-    h, zero, one, beta = np.array([0.0, 1e-5, 0.3, 7.0]), np.zeros(4), np.ones(4), np.full(4, 9.81)
+    h, zero, one = np.array([0.0, 1e-5, 0.3, 7.0]), np.zeros(4), np.ones(4)
+    c = np.sqrt(9.81 * h)
     for still in (zero, one):
-        flux = kernel(h, zero, zero, h, zero, zero, beta, beta, still, still)
+        flux = kernel(h, zero, zero, h, zero, zero, c, c, still, still)
         assert not flux.mass.any()
         assert not flux.normal.any()
         np.testing.assert_allclose(flux.pressure, h**2 / 2, rtol=1e-15)
@@ -109,10 +112,10 @@ def test_a_level_layer_at_rest_feels_its_pressure_and_nothing_else():
 @pytest.mark.parametrize("swap", [False, True])
 def test_a_wet_still_cell_is_leant_on_with_the_pressure_of_the_other_side(swap):
     deep, thin, zero, one = np.array([1.0]), np.array([0.2]), np.zeros(1), np.ones(1)
-    beta = np.full(1, 9.81)
+    c, d = np.sqrt(9.81 * deep), np.sqrt(9.81 * thin)
     if swap:
-        flux = kernel(thin, zero, zero, deep, zero, zero, beta, beta, zero, one)
+        flux = kernel(thin, zero, zero, deep, zero, zero, d, c, zero, one)
     else:
-        flux = kernel(deep, zero, zero, thin, zero, zero, beta, beta, one, zero)
+        flux = kernel(deep, zero, zero, thin, zero, zero, c, d, one, zero)
     assert not flux.mass.any()
     assert flux.pressure[0] == pytest.approx(0.02, rel=1e-15)
