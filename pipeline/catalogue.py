@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import pandas as pd
 from dask.system import CPU_COUNT
 from rich.console import Console
 
@@ -30,10 +31,11 @@ class ChangedError(Exception):
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a place holds after a batch: the status of every run asked for, and how the batch ended."""
+    """What a place holds after a batch: the status of every run asked for, the table, how the batch ended."""
 
     ending: Ending
     statuses: Counter[Status]
+    table: pd.DataFrame
 
     @property
     def exit_code(self) -> int:
@@ -90,12 +92,13 @@ def complete(
             layout.create(path, template(scenario, runs))
         todo += jobs(scenario, path, runs, retry_failed)
     ending = _execute(todo, console, count, solve)
+    whole = table.read(out)
     try:
-        table.write(table.read(out), summary_path(out))
+        table.write(whole, summary_path(out))
     except OSError as error:
         ending.trouble = ending.trouble or str(error)
     counts = Counter(Status(s) for sc in scenarios for s in store.statuses(store_path(out, sc.name)))
-    return Outcome(ending, counts)
+    return Outcome(ending, counts, whole)
 
 
 def _changed(scenarios: Sequence[Scenario], out: Path) -> dict[str, list[str]]:

@@ -65,11 +65,7 @@ def run(
     except OSError as error:
         typer.echo(str(error), err=True)
         raise typer.Exit(TROUBLE) from None
-    if summary_path(out).exists():
-        from pipeline import table
-
-        whole = table.read(out)
-        _print(console, whole[whole["scenario"].isin([scenario.name for scenario in scenarios])])
+    _print(console, outcome.table[outcome.table["scenario"].isin([scenario.name for scenario in scenarios])])
     for path in [*(out / f"{scenario.name}.zarr" for scenario in scenarios), summary_path(out)]:
         console.print(str(path), soft_wrap=True, highlight=False)
     if outcome.ending.trouble:
