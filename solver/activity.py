@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from solver.boundary import DEPTH, GHOSTS, Fields, Grid, Sides, fill_ghosts
+from solver.boundary import DEPTH, GHOSTS, LANES, Fields, Grid, Sides, fill_ghosts
 from solver.compiled import Array, Indices, kernel
 
 # Round-off allowed where a drive exactly at the friction limit must count as held (slope = friction angle).
@@ -207,7 +207,7 @@ def status_outside(
 
 @kernel()
 def spread(spans: Spans, still: Array, grid: Grid) -> tuple[int, int, int]:
-    """Set the spans to be stepped: moving cells and their neighbours, within the domain.
+    """Set the spans to be stepped: moving cells and their neighbours, within the domain, in whole vectors.
 
     Returns
     -------
@@ -233,6 +233,9 @@ def spread(spans: Spans, still: Array, grid: Grid) -> tuple[int, int, int]:
                     if still[k * m + i] == 0.0:
                         lo, hi = min(lo, i), max(hi, i + 1)
         lo, hi = max(lo, g), min(hi, m - g)
+        width = -(-(hi - lo) // LANES) * LANES
+        hi = min(lo + width, m - g) if lo < hi else hi
+        lo = max(hi - width, g) if lo < hi else lo
         spans.stepped[0, j] = spans.stepped[1, j] = 0
         if lo < hi:
             spans.stepped[0, j], spans.stepped[1, j] = lo, hi

@@ -10,6 +10,8 @@ from solver.riemann import Fluxes
 
 GHOSTS = 2
 OPEN, WALL, NO_SLIP, DEPTH = 0, 1, 2, 3
+# Runs of cells are computed in whole vectors of this many where possible: what is left over is slow.
+LANES = 8
 
 
 class Grid(NamedTuple):

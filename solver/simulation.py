@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from solver import time_stepping
 from solver.activity import Bed, Material, Spans, Status
-from solver.boundary import DEPTH, GHOSTS, NO_SLIP, OPEN, WALL, Fields, Grid, Sides
+from solver.boundary import DEPTH, GHOSTS, LANES, NO_SLIP, OPEN, WALL, Fields, Grid, Sides
 from solver.lattice import Lattice
 from solver.reconstruction import FaceValues
 from solver.rheology import Coulomb, EarthPressure, Isotropic, Voellmy
@@ -217,6 +217,14 @@ REASONS = {
 }
 
 
+def roomy(size: int, values: Array | None = None) -> Array:
+    """Flat array of zeros or of values, with room behind it that a whole vector may read and write."""
+    array: Array = np.zeros(size + 2 * LANES)[:size]
+    if values is not None:
+        array[:] = values.ravel()
+    return array
+
+
 class _Run:
     """The arrays of one run, padded by ghost cells."""
 
@@ -250,27 +258,28 @@ class _Run:
         self.material = Material(friction.tangent, drag, coefficients, dry)
         self.bed = self._bed()
         wet = initial[0] > self.material.dry
-        self.now = Fields(
-            *(np.pad(np.where(wet | (k == 0), a, 0.0), GHOSTS).ravel() for k, a in enumerate(initial))
-        )
-        self.stages = [Fields(*(a.copy() for a in self.now)) for _ in range(2)]
+        padded = [np.pad(np.where(wet | (k == 0), a, 0.0), GHOSTS) for k, a in enumerate(initial)]
+        self.now, *self.stages = (Fields(*(roomy(a.size, a) for a in padded)) for _ in range(3))
         ny, nx = lattice.shape
         self.grid = Grid(ny + 2 * GHOSTS, nx + 2 * GHOSTS, lattice.dx, lattice.dy)
         load = np.tile(self.bed.normal, self.grid.rows)
         self.status = Status(
-            load * coefficients.x_active, load * coefficients.y_active_active, np.ones_like(load)
+            *(
+                roomy(load.size, a)
+                for a in (load * coefficients.x_active, load * coefficients.y_active_active, 0 * load + 1)
+            )
         )
-        n = self.grid.stride
+        n = self.grid.stride + LANES
         empty = np.zeros((2, self.grid.rows), dtype=np.int64)
-        self.spans = Spans(empty, empty.copy(), empty.copy(), np.zeros(n))
+        self.spans = Spans(empty, empty.copy(), empty.copy(), np.zeros(self.grid.stride))
         for j, row in enumerate(wet, GHOSTS):
             if row.any():
                 self.spans.wet[:, j] = GHOSTS + np.argmax(row), GHOSTS + nx - np.argmax(row[::-1])
         self.buffers = Buffers(
-            FaceValues(*np.zeros((7, n))),
-            FaceValues(*np.zeros((7, 2 * n))),
-            Fluxes(*np.zeros((4, RING * n))),
-            Fluxes(*np.zeros((4, RING * n))),
+            FaceValues(*(roomy(n) for _ in range(7))),
+            FaceValues(*(roomy(2 * n) for _ in range(7))),
+            Fluxes(*(roomy(RING * n) for _ in range(4))),
+            Fluxes(*(roomy(RING * n) for _ in range(4))),
             np.ones(RING * n),
         )
         self.record = Record(

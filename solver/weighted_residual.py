@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from solver.activity import HOLDS, Bed, Material, Status, hull
-from solver.boundary import GHOSTS, Fields, Grid, Sides, account, fill_ghosts, restrict
+from solver.boundary import GHOSTS, LANES, Fields, Grid, Sides, account, fill_ghosts, restrict
 from solver.compiled import Array, Indices, kernel
 from solver.reconstruction import FaceValues, face_values
 from solver.riemann import Fluxes, hll
@@ -195,6 +195,12 @@ def drag_row(out: Fields, cell: int, count: int, drag: float) -> None:
 
 
 @kernel()
+def whole(count: int) -> int:
+    """Round a number of cells up to whole vectors, for runs that only fill buffers."""
+    return -(-count // LANES) * LANES
+
+
+@kernel()
 def stage(
     start: Fields,
     now: Fields,
@@ -231,6 +237,8 @@ def stage(
         Volumes that came in and left, m3.
     """
     m, dry = grid.stride, material.dry
+    # rows of buffers have room for a whole vector more, so that none runs into the next
+    room = m + LANES
     along, across, x_fluxes, y_fluxes, keep = buffers
     h, u, v = now
     beta_x, beta_y, still = status
@@ -241,18 +249,18 @@ def stage(
     for j in range(first - 1, last + 2):
         for k in range(j if j < first else j + 1, j + 2):
             a, b = hull(spans, k - 1, k + 1)
-            face_values(h, v, u, beta_y, k * m + a, m, b - a, dry, across, (k % 2) * m + a)
-        ring, below = (j % RING) * m, ((j - 1) % RING) * m
+            face_values(h, v, u, beta_y, k * m + a, m, whole(b - a), dry, across, (k % 2) * room + a)
+        ring, below = (j % RING) * room, ((j - 1) % RING) * room
         a, b = hull(spans, j, j + 1)
         hll(
             across,
-            (j % 2) * m + a,
+            (j % 2) * room + a,
             across,
-            ((j + 1) % 2) * m + a,
+            ((j + 1) % 2) * room + a,
             still,
             j * m + a,
             m,
-            b - a,
+            whole(b - a),
             dry,
             y_fluxes,
             ring + a,
@@ -275,7 +283,7 @@ def stage(
         short = False
         a, b = spans[0, j], spans[1, j]
         if a < b:
-            face_values(h, u, v, beta_x, j * m + a - 1, 1, b - a + 2, dry, along, a - 1)
+            face_values(h, u, v, beta_x, j * m + a - 1, 1, whole(b - a + 2), dry, along, a - 1)
             hll(
                 along,
                 a - 1,
@@ -284,7 +292,7 @@ def stage(
                 still,
                 j * m + a - 1,
                 1,
-                b - a + 1,
+                whole(b - a + 1),
                 dry,
                 x_fluxes,
                 ring + a,
@@ -332,15 +340,15 @@ def stage(
             a, b = hull(spans, j - 1, j)
             for row in (j - 1, j):
                 lo, hi = (spans[0, row], spans[1, row]) if spans[0, row] < spans[1, row] else (b, b)
-                keep[(row % RING) * m + a : (row % RING) * m + lo] = 1.0
-                keep[(row % RING) * m + hi : (row % RING) * m + b] = 1.0
+                keep[(row % RING) * room + a : (row % RING) * room + lo] = 1.0
+                keep[(row % RING) * room + hi : (row % RING) * room + b] = 1.0
             scale(y_fluxes, below + a, keep, below + a, ring + a, b - a)
         short_before = short
         row = j - 1
         a, b = spans[0, row], spans[1, row]
         if row < first or a >= b:
             continue
-        south = ((row - 1) % RING) * m + a
+        south = ((row - 1) % RING) * room + a
         update_row(
             start,
             now,
