@@ -134,7 +134,7 @@ def classify(
         Largest ``(|u| + c_x)/dx + (|v| + c_y)/dy`` of a wet cell, s-1.
     """
     m, still = grid.stride, status.still
-    fill_ghosts(now, sides, grid, GHOSTS, grid.rows - GHOSTS - 1)
+    fill_ghosts(now, status.beta_x, sides, grid, GHOSTS, grid.rows - GHOSTS - 1)
     spans.rate[:] = 0.0
     for j in range(GHOSTS, grid.rows - GHOSTS):
         lo, hi = spans.wet[0, j], spans.wet[1, j]

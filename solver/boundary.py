@@ -32,15 +32,25 @@ class Fields(NamedTuple):
 
 
 class Sides(NamedTuple):
-    """Kind and given depth (m) of the sides x_min, x_max, y_min, y_max, arrays of shape (4,)."""
+    """The sides x_min, x_max, y_min, y_max, arrays of shape (4,).
+
+    kind : OPEN, WALL, NO_SLIP or DEPTH. depth : given depth, m. lean : the part of gravity along the bed that
+    friction cannot hold there, m s-2.
+    """
 
     kind: Indices
     depth: Array
+    lean: Array
 
 
 @kernel()
-def ghosts_beyond(h: Array, n: Array, t: Array, cell: int, outward: int, kind: int, depth: float) -> None:
+def ghosts_beyond(
+    h: Array, n: Array, t: Array, cell: int, outward: int, kind: int, depth: float, rise: float
+) -> None:
     """Fill the ghosts beyond one outermost cell.
+
+    On a slope steeper than friction what lies against a wall is deeper toward it; the ghosts continue the
+    least such slope, since the mirror image alone would carry half of the weight and never let it rest.
 
     Parameters
     ----------
@@ -52,31 +62,37 @@ def ghosts_beyond(h: Array, n: Array, t: Array, cell: int, outward: int, kind: i
         OPEN and DEPTH continue the velocity; WALL mirrors the normal, NO_SLIP both velocities.
     depth : float
         Depth outside a DEPTH side, m.
+    rise : float
+        Change of depth per spacing outward that gravity needs at a wall, m.
     """
     for k in range(GHOSTS):
         ghost, mirror = cell + (k + 1) * outward, cell - k * outward
         if kind in (WALL, NO_SLIP):
-            h[ghost], n[ghost] = h[mirror], -n[mirror]
+            h[ghost], n[ghost] = max(0.0, h[mirror] + (2 * k + 1) * rise), -n[mirror]
             t[ghost] = t[mirror] if kind == WALL else -t[mirror]
         else:
             h[ghost], n[ghost], t[ghost] = h[cell] if kind == OPEN else depth, n[cell], t[cell]
 
 
 @kernel()
-def fill_ghosts(now: Fields, sides: Sides, grid: Grid, first: int, last: int) -> None:
-    """Fill the ghost cells of rows ``first`` to ``last``, and the ghost rows near them."""
+def fill_ghosts(now: Fields, beta_x: Array, sides: Sides, grid: Grid, first: int, last: int) -> None:
+    """Fill the ghost cells of rows ``first`` to ``last``, and the ghost rows near them.
+
+    beta_x : g cos(xi) K_x (eq. 7), m s-2, flat array of the padded lattice.
+    """
     h, u, v = now
     m, rows = grid.stride, grid.rows
-    kind, depth = sides
+    kind, depth, lean = sides
     for j in range(max(first - GHOSTS, 0), min(last + GHOSTS, rows - 1) + 1):
-        ghosts_beyond(h, u, v, j * m + GHOSTS, -1, kind[0], depth[0])
-        ghosts_beyond(h, u, v, j * m + m - GHOSTS - 1, 1, kind[1], depth[1])
+        west, east = j * m + GHOSTS, j * m + m - GHOSTS - 1
+        ghosts_beyond(h, u, v, west, -1, kind[0], depth[0], -lean[0] * grid.dx / beta_x[west])
+        ghosts_beyond(h, u, v, east, 1, kind[1], depth[1], lean[1] * grid.dx / beta_x[east])
     if first < 2 * GHOSTS:
         for i in range(m):
-            ghosts_beyond(h, v, u, GHOSTS * m + i, -m, kind[2], depth[2])
+            ghosts_beyond(h, v, u, GHOSTS * m + i, -m, kind[2], depth[2], 0.0)
     if last >= rows - 2 * GHOSTS:
         for i in range(m):
-            ghosts_beyond(h, v, u, (rows - GHOSTS - 1) * m + i, m, kind[3], depth[3])
+            ghosts_beyond(h, v, u, (rows - GHOSTS - 1) * m + i, m, kind[3], depth[3], 0.0)
 
 
 @kernel()
@@ -94,8 +110,8 @@ def restrict(
 ) -> None:
     """Impose on boundary faces what their side allows.
 
-    Nothing enters through an OPEN side. At a NO_SLIP side the HLL flux between the flow and its mirror
-    image, whose tangential velocity is opposite, takes tangential momentum out.
+    Nothing enters through an OPEN side, and nothing passes a WALL. At a NO_SLIP side the HLL flux between the
+    flow and its mirror image, whose tangential velocity is opposite, takes tangential momentum out.
 
     Parameters
     ----------
@@ -112,7 +128,10 @@ def restrict(
         f, i = at + k, cell + k
         if kind == OPEN and outward * fluxes.mass[f] < 0.0:
             fluxes.mass[f] = fluxes.normal[f] = fluxes.tangential[f] = 0.0
+        elif kind == WALL:
+            fluxes.mass[f] = fluxes.tangential[f] = 0.0
         elif kind == NO_SLIP:
+            fluxes.mass[f] = 0.0
             fluxes.tangential[f] = outward * (abs(n[i]) + math.sqrt(beta[i] * h[i])) * h[i] * t[i]
 
 

@@ -236,10 +236,7 @@ class _Run:
         for side in given:
             if side not in kinds and (isinstance(side, str) or not 0 <= side < np.inf):
                 raise ValueError(f"a side must be one of {', '.join(kinds)} or a depth, not {side!r}")
-        self.sides = Sides(
-            np.array([kinds[s] if isinstance(s, str) else DEPTH for s in given]),
-            np.array([0.0 if isinstance(s, str) else float(s) for s in given]),
-        )
+        depths = np.array([0.0 if isinstance(s, str) else float(s) for s in given])
         initial = [np.asarray(a, dtype=np.float64) for a in (scene.depth, scene.velocity_x, scene.velocity_y)]
         for array in initial:
             if array.shape != lattice.shape:
@@ -250,13 +247,20 @@ class _Run:
                 raise ValueError("initial arrays must be finite")
         if (initial[0] < 0).any():
             raise ValueError("initial depth must not be negative")
-        deepest = max(initial[0].max(), self.sides.depth.max())
+        deepest = max(initial[0].max(), depths.max())
         dry = scene.scheme.wet_limit * deepest
         friction = scene.friction
         drag = scene.gravity / friction.turbulent_friction if isinstance(friction, Voellmy) else 0.0
         coefficients = scene.earth_pressure.coefficients()
         self.material = Material(friction.tangent, drag, coefficients, dry)
         self.bed = self._bed()
+        pull = self.bed.along[[0, -1]]
+        lean = np.sign(pull) * np.maximum(0.0, np.abs(pull) - friction.tangent * self.bed.normal[[0, -1]])
+        self.sides = Sides(
+            np.array([kinds[s] if isinstance(s, str) else DEPTH for s in given]),
+            depths,
+            np.array([*lean, 0.0, 0.0]),
+        )
         wet = initial[0] > self.material.dry
         padded = [np.pad(np.where(wet | (k == 0), a, 0.0), GHOSTS) for k, a in enumerate(initial)]
         self.now, *self.stages = (Fields(*(roomy(a.size, a) for a in padded)) for _ in range(3))

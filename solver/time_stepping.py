@@ -26,7 +26,7 @@ SSP_RK3 = (1.0, 1 / 4, 2 / 3)
 
 REACHED, AT_REST, OUT_OF_STEPS, NOT_FINITE, COLLAPSED = 0, 1, 2, 3, 4
 # A step this much shorter than the whole run counts as collapsed.
-SHORTEST_STEP = 1e-10
+SHORTEST_STEP = 1e-7
 
 
 class Record(NamedTuple):

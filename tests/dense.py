@@ -28,13 +28,14 @@ class Flux(NamedTuple):
     pressure: np.ndarray
 
 
-def before(side, h, n, t):
-    """Two ghosts before the first column; n is the velocity along the rows."""
+def before(side, h, n, t, rise):
+    """Two ghosts before the first column; n is the velocity along the rows, rise gains depth at a wall."""
     mirrored = side in ("wall", "no-slip")
     mode = "symmetric" if mirrored else "edge"
     h, n, t = (np.pad(q, ((0, 0), (2, 0)), mode=mode) for q in (h, n, t))
     if mirrored:
         n[:, :2] *= -1
+        h[:, :2] = np.maximum(0, h[:, :2] + rise[:, None] * [3, 1])
     if side == "no-slip":
         t[:, :2] *= -1
     if not isinstance(side, str):
@@ -50,10 +51,14 @@ def transposed(state):
     return State(state.h.T, state.v.T, state.u.T)
 
 
-def padded(state, sides):
-    """Ghosts on all four sides: x_min, x_max, y_min, y_max, each "open", "wall", "no-slip" or a depth."""
-    for low, high in (sides[:2], sides[2:]):
-        state = flipped(before(high, *flipped(before(low, *state))))
+def padded(state, sides, rises=(0.0, 0.0)):
+    """Ghosts on all four sides: x_min, x_max, y_min, y_max, each "open", "wall", "no-slip" or a depth.
+
+    rises : gain of depth per spacing toward the walls at x_min and x_max, one or a row each.
+    """
+    for low, high, (gain, loss) in ((*sides[:2], rises), (*sides[2:], (0.0, 0.0))):
+        gains = [np.broadcast_to(q, len(state.h)) for q in (gain, loss)]
+        state = flipped(before(high, *flipped(before(low, *state, gains[0])), gains[1]))
         state = transposed(State(*state))
     return State(*(np.ascontiguousarray(q) for q in state))
 
@@ -116,6 +121,8 @@ def bounded(flux, h, n, t, beta, low, high):
             enters = outward * mass[:, k] < 0
             for q in (mass, normal, tangential):
                 q[enters, k] = 0
+        if side in ("wall", "no-slip"):
+            mass[:, k] = tangential[:, k] = 0
         if side == "no-slip":
             drag = h * (np.abs(n) + np.sqrt(beta * h)) * t
             tangential[:, k] = outward * drag[:, k]
@@ -231,6 +238,10 @@ class Run:
         self.tangent = np.tan(np.radians(scene.friction.bed_friction))
         turbulent = isinstance(scene.friction, Voellmy)
         self.drag = scene.gravity / scene.friction.turbulent_friction if turbulent else 0.0
+        beyond = np.abs(self.along) - self.tangent * self.normal
+        self.lean = np.sign(self.along) * np.maximum(0, beyond)
+        padding = np.ones((lattice.shape[0] + 4, 1))
+        self.beta_x = padding * self.normal * scene.earth_pressure.coefficients().x_active
         self.rest_volume = scene.scheme.rest_share * self.volume
         shape = lattice.shape
         self.max_depth, self.max_speed, self.max_flux = np.zeros((3, *shape))
@@ -249,9 +260,14 @@ class Run:
         self.max_flux = np.maximum(self.max_flux, h * square)
         self.arrival[np.isnan(self.arrival) & (h > self.arrival_depth)] = self.time
 
+    def surrounded(self, state):
+        """Pad a state by its ghosts."""
+        rises = -self.lean[0] / self.beta_x[2:-2, 2], self.lean[-1] / self.beta_x[2:-2, -3]
+        return padded(state, self.sides, [rise * self.dx for rise in rises])
+
     def classify(self):
         """Set padded beta_x, beta_y and still; return the largest wave rate and the volume that moves."""
-        all_ = padded(self.state, self.sides)
+        all_ = self.surrounded(self.state)
         material = (self.scene.earth_pressure.coefficients(), self.tangent, self.dry)
         *status, rates = classify(all_, self.along, self.normal, *material, self.dx, self.dy)
         status, rate = [np.pad(q[1:-1, 1:-1], 2, mode="edge") for q in status], rates[1:-1, 1:-1].max()
@@ -280,7 +296,7 @@ class Run:
         """U_0 + part (U_1 - U_0 + dt L(U_1)), then friction over part dt."""
         h_0, u_0, v_0 = self.state
         h_1, u_1, v_1 = source
-        all_ = padded(source, self.sides)
+        all_ = self.surrounded(source)
         x = fluxes(all_, self.beta_x, self.still, *self.sides[:2], self.dry)
         y = fluxes(transposed(all_), self.beta_y.T, self.still.T, *self.sides[2:], self.dry)
         keep = afford(h_1, x.mass, y.mass.T, dt, self.dx, self.dy)

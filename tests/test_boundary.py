@@ -29,19 +29,24 @@ SIDES = [("open", "wall", "no-slip", 0.7), (0.2, "open", "wall", "no-slip"), ("n
 SIDES.append(("wall", "no-slip", "open", "wall"))
 
 
-def numbered(sides):
+def numbered(sides, lean=(0.0, 0.0)):
     given = [0.0 if isinstance(side, str) else side for side in sides]
-    return Sides(np.array([KINDS.get(side, DEPTH) for side in sides]), np.array(given))
+    return Sides(
+        np.array([KINDS.get(side, DEPTH) for side in sides]), np.array(given), np.array([*lean, 0.0, 0.0])
+    )
 
 
 @pytest.mark.parametrize("sides", SIDES)
 @pytest.mark.parametrize("shape", [(2, 2), (5, 9)])
-def test_ghosts_are_their_twin(sides, shape):
-    state = dense.State(*np.random.default_rng(0).normal(size=(3, *shape)))
+@pytest.mark.parametrize("lean", [(0.0, 0.0), (0.4, 0.3), (-0.2, -0.1)])
+def test_ghosts_are_their_twin(sides, shape, lean):
+    state = dense.State(*np.abs(np.random.default_rng(0).normal(size=(3, *shape))))
     rows, m = shape[0] + 2 * GHOSTS, shape[1] + 2 * GHOSTS
     flat = Fields(*(np.pad(q, GHOSTS, constant_values=np.nan).ravel() for q in state))
-    fill_ghosts(flat, numbered(sides), Grid(rows, m, 1.0, 1.0), GHOSTS, rows - GHOSTS - 1)
-    for actual, expected in zip(flat, dense.padded(state, sides), strict=True):
+    beta, grid = np.full(rows * m, 4.0), Grid(rows, m, 2.0, 1.0)
+    fill_ghosts(flat, beta, numbered(sides, lean), grid, GHOSTS, rows - GHOSTS - 1)
+    rises = -lean[0] / 2, lean[1] / 2
+    for actual, expected in zip(flat, dense.padded(state, sides, rises), strict=True):
         np.testing.assert_array_equal(actual.reshape(rows, m), expected)
 
 
@@ -51,7 +56,7 @@ def test_ghosts_of_some_rows_are_filled_with_those_a_stage_reads():
     expected = dense.padded(state, sides)
     for first, last in ((2, 3), (5, 7), (9, 10)):
         flat = Fields(*(np.pad(q, 2, constant_values=np.nan).ravel() for q in state))
-        fill_ghosts(flat, numbered(sides), Grid(13, 10, 1.0, 1.0), first, last)
+        fill_ghosts(flat, np.ones(130), numbered(sides), Grid(13, 10, 1.0, 1.0), first, last)
         for actual, wanted in zip(flat, expected, strict=True):
             read = np.s_[first - 2 : last + 3, 2:-2], np.s_[first : last + 1, :]
             for part in read:
@@ -158,3 +163,20 @@ def test_no_slip_takes_momentum_that_a_wall_leaves():
     np.testing.assert_allclose(wall, 2.0, rtol=1e-14)
     assert (no_slip <= 2 + 1e-14).all()
     assert no_slip[0] < 1
+
+
+@pytest.mark.parametrize(("angle", "bed_friction"), [(35.0, 20.0), (25.0, 20.0), (25.0, 24.0), (19.0, 20.0)])
+@pytest.mark.parametrize("side", ["wall", "no-slip"])
+def test_what_slides_against_a_wall_comes_to_rest_there(angle, bed_friction, side):
+    lattice = Lattice((0.0, 12.0), (0.0, 4.0), 0.5)
+    depth = np.where((lattice.x_points > 2) & (lattice.x_points < 6), 0.5, 0.0) * np.ones(lattice.shape)
+    still = np.zeros(lattice.shape)
+    sides = Boundaries("open", side, "wall", "wall")
+    scene = Scene(lattice, Plane(angle), depth, still, still, Coulomb(bed_friction), boundaries=sides)
+    run = simulate(scene, [60.0])
+    assert run.rest_time < 60
+    assert abs(run.ledger.error) < 1e-14
+    # as deep toward the wall as the part of gravity that friction leaves asks for
+    if angle > bed_friction:
+        deposit = run.depth[-1][4]
+        assert deposit[-1] > deposit[-3] > deposit[-5]
