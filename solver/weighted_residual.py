@@ -12,13 +12,13 @@ visited: a span of each row, found at the start of the step in `solver.activity`
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 
-from solver.activity import HOLDS, Bed, Material, Status, hull
+from solver.activity import Bed, Material, Status, hull
 from solver.boundary import GHOSTS, LANES, Fields, Grid, Sides, account, fill_ghosts, restrict
+from solver.cell_update import drag_row, update_row
 from solver.compiled import Array, Indices, kernel
 from solver.reconstruction import FaceValues, face_values
 from solver.riemann import Fluxes, hll
@@ -108,90 +108,6 @@ def scale(fluxes: Fluxes, at: int, keep: Array, low: int, high: int, count: int)
         fluxes.mass[at + k] *= share
         fluxes.normal[at + k] *= share
         fluxes.tangential[at + k] *= share
-
-
-@kernel()
-def update_row(
-    start: Fields,
-    now: Fields,
-    out: Fields,
-    status: Status,
-    bed: Bed,
-    material: Material,
-    cell: int,
-    column: int,
-    count: int,
-    x_fluxes: Fluxes,
-    west: int,
-    y_fluxes: Fluxes,
-    south: int,
-    north: int,
-    part: float,
-    dt: float,
-    grid: Grid,
-) -> None:
-    """Update a run of cells: ``U = U_0 + part (U_1 - U_0 + dt L(U_1))``, then friction over ``part dt``.
-
-    The convex combination comes first, then friction as a force of at most
-    ``h tan(delta) max(0, g cos xi + kappa u^2)`` against the motion, so that it stops a cell exactly. It acts
-    on the depth that gravity acts on: with the new depth instead, a front would feel friction before gravity
-    and lag.
-
-    Parameters
-    ----------
-    start, now, out : Fields
-        U_0, U_1 and the result; ``out`` may be ``start``.
-    cell, column, count : int
-        Index of the first cell, its column, number of cells.
-    x_fluxes, west, y_fluxes, south, north
-        Fluxes and the indices of the first cell's faces.
-    """
-    over_x, over_y = 1.0 / grid.dx, 1.0 / grid.dy
-    dry, braking = material.dry, part * dt * material.tangent
-    one = np.uint64(1)
-    for k in range(count):
-        k_ = np.uint64(k)
-        i, c = np.uint64(cell) + k_, np.uint64(column) + k_
-        w, s, n = np.uint64(west) + k_, np.uint64(south) + k_, np.uint64(north) + k_
-        e = w + one
-        h_0, h_1 = start.h[i], now.h[i]
-        gain = (x_fluxes.mass[w] - x_fluxes.mass[e]) * over_x + (y_fluxes.mass[s] - y_fluxes.mass[n]) * over_y
-        gain_u = (x_fluxes.normal[w] - x_fluxes.normal[e]) * over_x
-        gain_u += (y_fluxes.tangential[s] - y_fluxes.tangential[n]) * over_y
-        free = 1.0 - (status.still[i] if h_0 > dry else 0.0)
-        drive_u = (
-            status.beta_x[i] * (x_fluxes.pressure[w] - x_fluxes.pressure[e]) * over_x + bed.along[c] * h_1
-        )
-        gain_u += free * drive_u
-        gain_v = (x_fluxes.tangential[w] - x_fluxes.tangential[e]) * over_x
-        gain_v += (y_fluxes.normal[s] - y_fluxes.normal[n]) * over_y
-        gain_v += free * (status.beta_y[i] * (y_fluxes.pressure[s] - y_fluxes.pressure[n]) * over_y)
-        hu, hv = h_0 * start.u[i], h_0 * start.v[i]
-        h = h_0 + part * ((h_1 - h_0) + dt * gain)
-        hu += part * ((h_1 * now.u[i] - hu) + dt * gain_u)
-        hv += part * ((h_1 * now.v[i] - hv) + dt * gain_v)
-        speed = now.u[i]
-        load = bed.normal[c] + bed.curvature[c] * (speed * speed)
-        load = load if load > 0.0 else 0.0
-        size, brake = math.sqrt(hu * hu + hv * hv), braking * load * h_1
-        left = size - brake
-        per_depth = left / (size * h + 1e-300)
-        per_depth = per_depth if (size > brake * HOLDS) & (h > dry) else 0.0
-        out.h[i], out.u[i], out.v[i] = h, hu * per_depth, hv * per_depth
-
-
-@kernel()
-def drag_row(out: Fields, cell: int, count: int, drag: float) -> None:
-    """Slow a run of cells by turbulent drag, implicitly, which makes the terminal velocity exact.
-
-    drag : g / turbulent friction times the step, s.
-    """
-    for k in range(count):
-        i = np.uint64(cell) + np.uint64(k)
-        u, v, h = out.u[i], out.v[i], out.h[i]
-        resistance = 4.0 * drag * math.sqrt(u * u + v * v) / (h if h > 0.0 else 1.0)
-        slowed = 2.0 / (1.0 + math.sqrt(1.0 + resistance))
-        out.u[i], out.v[i] = u * slowed, v * slowed
 
 
 @kernel()

@@ -7,8 +7,9 @@ from scenes import MIXED, SCENES, all_sides, rough, scene
 
 from solver.activity import classify, copy_surroundings, hull, moving_volume_exceeds, spread
 from solver.boundary import LANES, Fields
+from solver.lattice_run import LatticeRun
 from solver.rheology import Coulomb, MohrCoulomb
-from solver.simulation import Boundaries, _Run, simulate
+from solver.simulation import Boundaries, simulate
 from solver.terrain import Plane
 
 PRESSURE = MohrCoulomb(40, 15)
@@ -21,7 +22,7 @@ CASES = {name: case for name, (case, _) in SCENES.items()} | {
 
 
 def classified(case):
-    run = _Run(case, 1.0, 0.0)
+    run = LatticeRun(case, 1.0, 0.0)
     return run, classify(run.now, run.status, run.bed, run.material, run.sides, run.grid, run.spans)
 
 

@@ -1,0 +1,56 @@
+"""What a run is given: the scene, its boundaries and the numerical choices."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+from solver.compiled import Array
+from solver.lattice import Lattice
+from solver.rheology import Coulomb, EarthPressure, Isotropic, Voellmy
+from solver.terrain import Terrain
+
+Side = Literal["open", "wall", "no-slip"] | float
+
+
+@dataclass(frozen=True)
+class Boundaries:
+    """What stands at each side of the domain: a kind, or a given depth in m."""
+
+    x_min: Side = "open"
+    x_max: Side = "open"
+    y_min: Side = "open"
+    y_max: Side = "open"
+
+
+@dataclass(frozen=True)
+class Scheme:
+    """Numerical choices of the weighted-residual form.
+
+    cfl : Courant number of the unsplit step, ``dt max((|u| + c_x)/dx + (|v| + c_y)/dy)``.
+    wet_limit : depth up to which a cell counts as dry and does not move, part of the largest initial depth.
+    rest_share : share of the released volume that may still move in a run that counts as at rest.
+    """
+
+    cfl: float = 0.9
+    wet_limit: float = 1e-4
+    rest_share: float = 1e-4
+
+
+@dataclass(frozen=True)
+class Scene:
+    """One run: where, what, and by which laws.
+
+    depth, velocity_x, velocity_y : initial state, shape (ny, nx), m and m s-1.
+    """
+
+    lattice: Lattice
+    terrain: Terrain
+    depth: Array
+    velocity_x: Array
+    velocity_y: Array
+    friction: Coulomb | Voellmy
+    earth_pressure: EarthPressure = field(default_factory=Isotropic)
+    gravity: float = 9.81
+    boundaries: Boundaries = field(default_factory=Boundaries)
+    scheme: Scheme = field(default_factory=Scheme)
