@@ -11,12 +11,15 @@ import signal
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import islice
+from multiprocessing import resource_tracker
 from typing import TYPE_CHECKING, Any
 
 import dask
 import numpy as np
 from distributed import Client, Future, KilledWorker, LocalCluster, as_completed
+from tornado.ioloop import PeriodicCallback
 
 from pipeline import store
 from pipeline.interrupts import Interrupts
@@ -32,6 +35,7 @@ if TYPE_CHECKING:
     from pipeline.runs import Run
     from pipeline.scenario import Scenario
 
+RENEWAL_SECONDS = 2.0
 DEATH = "the worker process died of this run, twice"
 
 # allowed-failures counts deaths of a worker, retries would count exceptions; saturation 1 gives a worker no
@@ -65,17 +69,19 @@ def jobs(scenario: Scenario, path: Path, runs: Sequence[Run], retry_failed: bool
 
 @contextmanager
 def workers(count: int) -> Iterator[Client]:
-    """Start worker processes of one thread each, and end them; killed at once on a KeyboardInterrupt."""
-    with (
-        dask.config.set(SETTINGS),
-        LocalCluster(
-            n_workers=count,
-            threads_per_worker=1,
-            dashboard_address="127.0.0.1:0",
-            silence_logs=logging.CRITICAL,
-        ) as cluster,
-        Client(cluster) as client,
-    ):
+    """Start worker processes of one thread each, and end them; killed at once on a KeyboardInterrupt.
+
+    A process that dies is started again by its nanny. A nanny gives up where that fails, as it does when the
+    new process dies of a task at once, so the cluster is brought back to its size every now and then.
+
+    Raises
+    ------
+    OSError
+        If they do not start.
+    """
+    with dask.config.set(SETTINGS), _cluster(count) as cluster, Client(cluster) as client:
+        keeper = PeriodicCallback(partial(cluster.scale, count), 1000 * RENEWAL_SECONDS)
+        client.loop.add_callback(keeper.start)
         try:
             yield client
         except KeyboardInterrupt:
@@ -84,6 +90,30 @@ def workers(count: int) -> Iterator[Client]:
                 if nanny.pid is not None:
                     os.kill(nanny.pid, signal.SIGKILL)
             raise
+        finally:
+            client.loop.add_callback(keeper.stop)
+
+
+def _cluster(count: int) -> LocalCluster:
+    """Start worker processes that are deaf to Ctrl-C.
+
+    It reaches the whole process group, and the driver alone decides what stops. Threads and processes
+    started here inherit its being blocked; an interrupt that comes meanwhile is heard afterwards.
+    """
+    # started with the first process it would unblock the signal
+    resource_tracker.ensure_running()
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        return LocalCluster(
+            n_workers=count,
+            threads_per_worker=1,
+            dashboard_address="127.0.0.1:0",
+            silence_logs=logging.CRITICAL,
+        )
+    except RuntimeError as error:
+        raise OSError(f"the worker processes do not start: {error.__cause__ or error}") from error
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def execute(

@@ -41,7 +41,9 @@ def run(
     ] = False,
     retry_failed: Annotated[bool, typer.Option("--retry-failed", help="Do failed runs again.")] = False,
 ) -> None:
-    """Do what is left of the scenarios' runs; finished runs are not done again.
+    """Do what is left of the scenarios' runs.
+
+    Finished runs are not done again.
 
     Exit codes: 0 all done, 1 some runs failed, 2 bad input, 3 trouble of the place (runs stay pending),
     4 the place is in use, 130 interrupted.
@@ -104,7 +106,7 @@ def summary(
         Path | None, typer.Option(help="File to write: .csv or .parquet.", show_default="OUT/summary.csv")
     ] = None,
 ) -> None:
-    """Print the table over all scenarios of a place, and write it as CSV or Parquet."""
+    """Print the table of a place; write it as CSV or Parquet."""
     if to is not None and to.suffix not in (".csv", ".parquet"):
         typer.echo(f"{to}: expected a file ending in .csv or .parquet", err=True)
         raise typer.Exit(BAD_INPUT)

@@ -8,6 +8,7 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
+import psutil
 import pytest
 from rich.console import Console
 from stub_solvers import FAILS, KILLS, OVERRUNS, RAISES, breaking, by_friction, slow
@@ -161,18 +162,28 @@ if __name__ == "__main__":
 """
 
 
-def test_two_interrupts_of_the_process_group_stop_at_once(scenario_file, out, log, tmp_path):
-    driver = tmp_path / "driver.py"
-    driver.write_text(DRIVER)
-    process = subprocess.Popen(
-        [sys.executable, driver, scenario_file(20, 21, 22, 23, 24, 25), out, log, "2"],
-        env=os.environ | {"PYTHONPATH": os.pathsep.join([str(Path(__file__).parent), str(Path.cwd())])},
-        start_new_session=True,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-    )
-    _until(lambda: log.exists() and len(log.read_text().split()) >= 2)
+@pytest.fixture
+def driver(out, log, tmp_path):
+    """Start a batch of slow runs in a process group of its own."""
+    path = tmp_path / "driver.py"
+    path.write_text(DRIVER)
+
+    def start(file: Path, seconds: float) -> subprocess.Popen[str]:
+        return subprocess.Popen(
+            [sys.executable, path, file, out, log, str(seconds)],
+            env=os.environ | {"PYTHONPATH": os.pathsep.join([str(Path(__file__).parent), str(Path.cwd())])},
+            start_new_session=True,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        )
+
+    return start
+
+
+def test_two_interrupts_of_the_process_group_stop_at_once(scenario_file, driver, out, log):
+    process = driver(scenario_file(20, 21, 22, 23, 24, 25), 2)
+    _until(lambda: log.exists() and len(log.read_text().split()) >= 2, 120)
     os.killpg(process.pid, signal.SIGINT)
     time.sleep(0.5)
     began = time.monotonic()
@@ -183,6 +194,17 @@ def test_two_interrupts_of_the_process_group_stop_at_once(scenario_file, out, lo
     assert "interrupt again to stop at once" in shown
     assert "Traceback" not in shown
     assert Counter(store.statuses(out / "box.zarr").tolist()) == {Status.PENDING: 6}
+
+
+def test_an_interrupt_while_the_workers_start_ends_the_batch(scenario_file, driver, out):
+    process = driver(scenario_file(20, 21), 0)
+    # the resource tracker and two workers
+    _until(lambda: len(psutil.Process(process.pid).children()) >= 3)
+    os.killpg(process.pid, signal.SIGINT)
+    shown, _ = process.communicate(timeout=60)
+    assert process.returncode == 130, shown
+    assert "Traceback" not in shown
+    assert Counter(store.statuses(out / "box.zarr").tolist()) == {Status.PENDING: 2}
 
 
 def _until(condition, seconds: float = 30) -> None:
