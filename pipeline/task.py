@@ -83,17 +83,15 @@ def _compute(run: Run, solve: Solve) -> tuple[Status, dict[str, Any]]:
             arrival_depth=prepared.threshold,
             stop_at_rest=prepared.stop_at_rest,
         )
-        return _status(prepared, result), _row(prepared, result)
+        return _status(result), _row(prepared, result)
     except Exception as error:
         return Status.FAILED, {"failure_reason": f"{type(error).__name__}: {error}"}
 
 
-def _status(prepared: Prepared, result: Result) -> Status:
+def _status(result: Result) -> Status:
     if result.failure is not None:
         return Status.FAILED
-    sides = prepared.scene.boundaries
-    is_open = "open" in (sides.x_min, sides.x_max, sides.y_min, sides.y_max)
-    return Status.OVERRUN if is_open and result.ledger.outflow > 0 else Status.DONE
+    return Status.OVERRUN if result.ledger.outflow_open > 0 else Status.DONE
 
 
 def _row(prepared: Prepared, result: Result) -> dict[str, Any]:

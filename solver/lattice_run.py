@@ -89,7 +89,11 @@ class LatticeRun:
             np.zeros(ny * nx), np.zeros(ny * nx), np.zeros(ny * nx), np.full(ny * nx, np.nan)
         )
         self.progress = Progress(
-            np.zeros(1), np.zeros(1, np.int64), np.zeros(1, np.int64), np.zeros(2), np.full(2, -1, np.int64)
+            np.zeros(1),
+            np.zeros(1, np.int64),
+            np.zeros(1, np.int64),
+            np.zeros((4, 2)),
+            np.full(2, -1, np.int64),
         )
         self.rest_volume = scene.scheme.rest_share * self.volume
         record_maxima(self.now, self.spans.wet, self.grid, dry, arrival_depth, self.record, self.progress)

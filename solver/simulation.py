@@ -9,6 +9,7 @@ from time import perf_counter, thread_time
 import numpy as np
 
 from solver import time_stepping
+from solver.boundary import OPEN
 from solver.compiled import Array
 from solver.lattice import Lattice
 from solver.lattice_run import LatticeRun
@@ -38,12 +39,13 @@ class Failure:
 
 @dataclass(frozen=True)
 class Ledger:
-    """Volumes in m3: released, in and out through boundaries, and now in the domain."""
+    """Volumes in m3: released, in and out through all sides, now in the domain, out through open sides."""
 
     released: float
     inflow: float
     outflow: float
     now: float
+    outflow_open: float = 0.0
 
     @property
     def error(self) -> float:
@@ -139,7 +141,8 @@ def simulate(
             break
         depth[k], velocity_x[k], velocity_y[k] = run.state
     wall, cpu = perf_counter() - wall, thread_time() - cpu
-    inflow, outflow = run.progress.ledger
+    came, left = run.progress.ledger.T
+    through_open = left[run.sides.kind == OPEN].sum()
     record = Record(*(a.reshape(shape[1:]) for a in run.record))
     return Result(
         frames,
@@ -151,7 +154,7 @@ def simulate(
         record.momentum_flux,
         record.arrival,
         run.state[0],
-        Ledger(released, float(inflow), float(outflow), run.volume),
+        Ledger(released, float(came.sum()), float(left.sum()), run.volume, float(through_open)),
         run.time,
         rest_time,
         int(run.progress.steps[0]),

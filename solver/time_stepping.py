@@ -45,7 +45,8 @@ class Record(NamedTuple):
 class Progress(NamedTuple):
     """What a run has used, arrays of shape (1,) or (2,) changed in place.
 
-    time : s. steps, cell_stages : counts. ledger : volumes in and out, m3. place : row, column of a failure.
+    time : s. steps, cell_stages : counts. place : row, column of a failure. ledger : volumes in and out
+    of each side, shape (4, 2), m3.
     """
 
     time: Array

@@ -149,8 +149,8 @@ def stage(
         Weight of this stage's fluxes in the whole step, for the ledger.
     dt : float
         Time step, s.
-    ledger : (2,) array
-        Volumes that came in and left, m3.
+    ledger : (4, 2) array
+        Volumes that came in and left through x_min, x_max, y_min, y_max, m3.
     """
     m, dry = grid.stride, material.dry
     # rows of buffers have room for a whole vector more, so that none runs into the next
@@ -249,9 +249,9 @@ def stage(
                 keep[ring + a - 1] = keep[ring + b] = 1.0
                 scale(x_fluxes, ring + a, keep, ring + a - 1, ring + a, b - a + 1)
             if a == GHOSTS:
-                account(x_mass, ring + a, 1, -1.0, share * dt * grid.dy, ledger)
+                account(x_mass, ring + a, 1, -1.0, share * dt * grid.dy, ledger[0])
             if b == m - GHOSTS:
-                account(x_mass, ring + b, 1, 1.0, share * dt * grid.dy, ledger)
+                account(x_mass, ring + b, 1, 1.0, share * dt * grid.dy, ledger[1])
         if short or short_before:
             a, b = hull(spans, j - 1, j)
             for row in (j - 1, j):
@@ -287,6 +287,6 @@ def stage(
         if material.drag > 0.0:
             drag_row(out, row * m + a, b - a, part * dt * material.drag)
         if row == GHOSTS:
-            account(y_mass, south, b - a, -1.0, share * dt * grid.dx, ledger)
+            account(y_mass, south, b - a, -1.0, share * dt * grid.dx, ledger[2])
         if row == grid.rows - GHOSTS - 1:
-            account(y_mass, below + a, b - a, 1.0, share * dt * grid.dx, ledger)
+            account(y_mass, below + a, b - a, 1.0, share * dt * grid.dx, ledger[3])

@@ -26,7 +26,7 @@ def still(scene, times, *, arrival_depth, stop_at_rest, failure=None, outflow=0.
         max_momentum_flux=np.zeros_like(scene.depth),
         arrival_time=np.where(scene.depth > arrival_depth, 0.0, np.nan),
         deposit_depth=scene.depth,
-        ledger=Ledger(volume, 0.0, outflow, volume - outflow),
+        ledger=Ledger(volume, 0.0, outflow, volume - outflow, outflow),
         time=float(times[-1]),
         rest_time=0.0,
         steps=1,

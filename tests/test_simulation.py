@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from scenes import MIXED, SCENES, all_sides, scene
 
+from solver.lattice import Lattice
 from solver.rheology import Coulomb, Voellmy
-from solver.simulation import Boundaries, Ledger, Scheme, simulate
+from solver.simulation import Boundaries, Ledger, Scene, Scheme, simulate
 from solver.terrain import Plane
 
 CASE = scene()
@@ -198,3 +199,18 @@ def test_lists_and_integers_make_a_scene_too():
     result = simulate(replace(CASE, depth=level.tolist(), velocity_x=level, velocity_y=0 * level), [0, 1])
     assert result.depth.dtype == np.float64
     assert result.steps > 0
+
+
+def test_what_leaves_through_open_sides_is_told_from_what_leaves_through_given_depths():
+    lattice = Lattice((0.0, 10.0), (0.0, 4.0), 0.5)
+    still = np.zeros(lattice.shape)
+    layer = still + 0.5
+    for sides, is_open in (
+        (Boundaries("wall", "open", "wall", "wall"), True),
+        (Boundaries("wall", 0.1, "wall", "wall"), False),
+    ):
+        run = simulate(
+            Scene(lattice, Plane(30.0), layer, still, still, Coulomb(20.0), boundaries=sides), [2.0]
+        )
+        assert run.ledger.outflow > 1
+        assert run.ledger.outflow_open == (run.ledger.outflow if is_open else 0)
