@@ -79,6 +79,8 @@ def workers(count: int) -> Iterator[Client]:
     OSError
         If they do not start.
     """
+    # for good: what is told of processes killed at once may come after the cluster is gone
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)
     with dask.config.set(SETTINGS), _cluster(count) as cluster, Client(cluster) as client:
         keeper = PeriodicCallback(partial(cluster.scale, count), 1000 * RENEWAL_SECONDS)
         client.loop.add_callback(keeper.start)
