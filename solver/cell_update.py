@@ -13,6 +13,47 @@ from solver.riemann import Fluxes
 
 
 @kernel()
+def braked(
+    hu: float,
+    hv: float,
+    h: float,
+    u_before: float,
+    h_before: float,
+    normal: float,
+    curvature: float,
+    braking: float,
+    dry: float,
+) -> float:
+    """Velocity that dry friction leaves, per unit of momentum, m-1; 0 for what it stops and what is dry.
+
+    Parameters
+    ----------
+    hu, hv, h : float
+        Momentum (m2 s-1) and depth (m) without friction.
+    u_before, h_before : float
+        Velocity along the bed (m s-1) and depth (m) that load the friction.
+    normal, curvature : float
+        g cos(xi), m s-2, and kappa, m-1.
+    braking : float
+        tan(delta) times the time that friction acts, s.
+    dry : float
+        Depth up to which a cell counts as dry, m.
+    """
+    load = normal + curvature * (u_before * u_before)
+    load = load if load > 0.0 else 0.0
+    size, brake = math.sqrt(hu * hu + hv * hv), braking * load * h_before
+    per_depth = (size - brake) / (size * h + 1e-300)
+    return per_depth if (size > brake * HOLDS) & (h > dry) else 0.0
+
+
+@kernel()
+def dragged(speed: float, h: float, drag: float) -> float:
+    """Share of a speed (m s-1) that turbulent drag leaves at depth h (m); drag as in `drag_row`."""
+    resistance = 4.0 * drag * speed / (h if h > 0.0 else 1.0)
+    return 2.0 / (1.0 + math.sqrt(1.0 + resistance))
+
+
+@kernel()
 def update_row(
     start: Fields,
     now: Fields,
@@ -72,13 +113,7 @@ def update_row(
         h = h_0 + part * ((h_1 - h_0) + dt * gain)
         hu += part * ((h_1 * now.u[i] - hu) + dt * gain_u)
         hv += part * ((h_1 * now.v[i] - hv) + dt * gain_v)
-        speed = now.u[i]
-        load = bed.normal[c] + bed.curvature[c] * (speed * speed)
-        load = load if load > 0.0 else 0.0
-        size, brake = math.sqrt(hu * hu + hv * hv), braking * load * h_1
-        left = size - brake
-        per_depth = left / (size * h + 1e-300)
-        per_depth = per_depth if (size > brake * HOLDS) & (h > dry) else 0.0
+        per_depth = braked(hu, hv, h, now.u[i], h_1, bed.normal[c], bed.curvature[c], braking, dry)
         out.h[i], out.u[i], out.v[i] = h, hu * per_depth, hv * per_depth
 
 
@@ -91,6 +126,5 @@ def drag_row(out: Fields, cell: int, count: int, drag: float) -> None:
     for k in range(count):
         i = np.uint64(cell) + np.uint64(k)
         u, v, h = out.u[i], out.v[i], out.h[i]
-        resistance = 4.0 * drag * math.sqrt(u * u + v * v) / (h if h > 0.0 else 1.0)
-        slowed = 2.0 / (1.0 + math.sqrt(1.0 + resistance))
+        slowed = dragged(math.sqrt(u * u + v * v), h, drag)
         out.u[i], out.v[i] = u * slowed, v * slowed

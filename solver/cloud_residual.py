@@ -13,8 +13,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from solver.activity import HOLDS, Material, Status
+from solver.activity import Material, Status
 from solver.boundary import NO_SLIP, OPEN, WALL, Fields, Sides
+from solver.cell_update import braked, dragged
 from solver.cloud_activity import CloudBed, Gradient, Stepped
 from solver.cloud_faces import (
     CHUNK,
@@ -241,14 +242,9 @@ def update_cells(
         h = h_0 + part * ((h_1 - h_0) + dt * gain)
         hu += part * ((h_1 * now.u[i] - hu) + dt * gain_u)
         hv += part * ((h_1 * now.v[i] - hv) + dt * gain_v)
-        speed = now.u[i]
-        load = bed.normal[i] + bed.curvature[i] * (speed * speed)
-        load = load if load > 0.0 else 0.0
-        size, brake = math.sqrt(hu * hu + hv * hv), braking * load * h_1
-        per_depth = (size - brake) / (size * h + 1e-300)
-        per_depth = per_depth if (size > brake * HOLDS) & (h > dry) else 0.0
-        out.h[i], out.u[i], out.v[i] = h, hu * per_depth, hv * per_depth
-        if material.drag > 0.0 and h > 0.0:
-            resistance = 4.0 * part * dt * material.drag * size * per_depth / h
-            slowed = 2.0 / (1.0 + math.sqrt(1.0 + resistance))
-            out.u[i], out.v[i] = out.u[i] * slowed, out.v[i] * slowed
+        per_depth = braked(hu, hv, h, now.u[i], h_1, bed.normal[i], bed.curvature[i], braking, dry)
+        u, v = hu * per_depth, hv * per_depth
+        slowed = (
+            dragged(math.sqrt(u * u + v * v), h, part * dt * material.drag) if material.drag > 0.0 else 1.0
+        )
+        out.h[i], out.u[i], out.v[i] = h, u * slowed, v * slowed
