@@ -87,7 +87,7 @@ def output_times(settings: Settings) -> NDArray[np.float64]:
 def build_scene(run: Run) -> Prepared:
     """Lay the release, build terrain and laws, and give the solver's scene of a run."""
     # the solver's kernels take longer to import than a scenario to check
-    from solver.simulation import Boundaries, Scene, Scheme
+    from solver.simulation import Boundaries, Scene, WeightedResidual
 
     settings = run.settings
     lattice = solver_objects.lattice(settings)
@@ -95,7 +95,7 @@ def build_scene(run: Run) -> Prepared:
     terrain = solver_objects.slope(settings.terrain, run.table)
     sides = settings.boundaries
     scene = Scene(
-        lattice=lattice,
+        points=lattice,
         terrain=terrain,
         depth=laid.depth,
         velocity_x=laid.velocity_x,
@@ -104,7 +104,7 @@ def build_scene(run: Run) -> Prepared:
         earth_pressure=solver_objects.earth_pressure(settings.material),
         gravity=settings.gravity,
         boundaries=Boundaries(_held(sides.x_min), _held(sides.x_max), _held(sides.y_min), _held(sides.y_max)),
-        scheme=Scheme(settings.scheme.cfl, settings.scheme.wet_limit, settings.scheme.rest_share),
+        scheme=WeightedResidual(settings.scheme.cfl, settings.scheme.wet_limit, settings.scheme.rest_share),
     )
     return Prepared(
         scene=scene,

@@ -119,7 +119,7 @@ def _row(prepared: Prepared, result: Result) -> dict[str, Any]:
             "failure_y": result.failure.y,
         }
     return row | summarise(
-        prepared.scene.lattice,
+        prepared.scene.points,
         profile["elevation"],
         profile["horizontal_distance"],
         prepared.scene.depth,

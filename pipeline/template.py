@@ -42,7 +42,7 @@ def profile(scenario: Scenario) -> tuple[Variable, ...]:
 def template(scenario: Scenario, runs: Sequence[Run]) -> Template:
     """Lay out the store of a scenario; the first run stands for the lattice and the cost of all."""
     prepared = build_scene(runs[0])
-    lattice, times = prepared.scene.lattice, prepared.times
+    lattice, times = prepared.scene.points, prepared.times
     held = variables(scenario)
     known = profile_values(prepared) | {"time": times, "x": lattice.x_points, "y": lattice.y_points}
     ny, nx = lattice.shape
@@ -62,7 +62,7 @@ def template(scenario: Scenario, runs: Sequence[Run]) -> Template:
 
 def profile_values(prepared: Prepared) -> dict[str, NDArray[np.float64]]:
     """Elevation and horizontal distance at the lattice's points along the bed, shape (nx,), m."""
-    x = prepared.scene.lattice.x_points
+    x = prepared.scene.points.x_points
     return {
         "elevation": prepared.terrain.elevation(x),
         "horizontal_distance": prepared.terrain.horizontal_distance(x),
@@ -74,7 +74,7 @@ def seconds(prepared: Prepared) -> float:
     scene = prepared.scene
     fall = float(np.ptp(profile_values(prepared)["elevation"])) + float(scene.depth.max())
     speed = float(np.sqrt(2 * scene.gravity * fall))
-    steps = prepared.times[-1] * speed / (scene.scheme.cfl * min(scene.lattice.dx, scene.lattice.dy))
+    steps = prepared.times[-1] * speed / (scene.scheme.cfl * min(scene.points.dx, scene.points.dy))
     return float(STAGES * steps * scene.depth.size / CELL_STAGES_PER_SECOND)
 
 

@@ -69,6 +69,12 @@ class Lattice:
         return (self.y[1] - self.y[0]) / (len(self.y_points) - 1)
 
     @property
+    def coordinates(self) -> tuple[Array, Array]:
+        """Both coordinates of every point, x and y, each of shape (ny, nx), m."""
+        x, y = np.meshgrid(self.x_points, self.y_points)
+        return x, y
+
+    @property
     def cell_area(self) -> float:
         """Area of one control volume, m2."""
         return self.dx * self.dy

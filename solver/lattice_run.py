@@ -5,12 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from solver import time_stepping
-from solver.activity import Bed, Material, Spans, Status
-from solver.boundary import DEPTH, GHOSTS, LANES, NO_SLIP, OPEN, WALL, Fields, Grid, Sides
+from solver.activity import Bed, Spans, Status
+from solver.boundary import GHOSTS, LANES, Fields, Grid
 from solver.compiled import Array
+from solver.lattice import Lattice
 from solver.reconstruction import FaceValues
-from solver.rheology import Voellmy
+from solver.rheology import PressureCoefficients
 from solver.riemann import Fluxes
+from solver.run_setup import gravity_along_and_normal, material_of, sides_of, state_of
 from solver.scene import Scene
 from solver.time_stepping import Progress, Record, record_maxima
 from solver.weighted_residual import RING, Buffers
@@ -28,38 +30,15 @@ class LatticeRun:
     """The arrays of one run, padded by ghost cells."""
 
     def __init__(self, scene: Scene, end: float, arrival_depth: float) -> None:
-        lattice, sides = scene.lattice, scene.boundaries
-        self.scene, self.end, self.arrival_depth = scene, end, arrival_depth
-        given = [getattr(sides, side) for side in ("x_min", "x_max", "y_min", "y_max")]
-        kinds = {"open": OPEN, "wall": WALL, "no-slip": NO_SLIP}
-        for side in given:
-            if side not in kinds and (isinstance(side, str) or not 0 <= side < np.inf):
-                raise ValueError(f"a side must be one of {', '.join(kinds)} or a depth, not {side!r}")
-        depths = np.array([0.0 if isinstance(s, str) else float(s) for s in given])
-        initial = [np.asarray(a, dtype=np.float64) for a in (scene.depth, scene.velocity_x, scene.velocity_y)]
-        for array in initial:
-            if array.shape != lattice.shape:
-                raise ValueError(
-                    f"initial arrays must have the lattice's shape {lattice.shape}, not {array.shape}"
-                )
-            if not np.isfinite(array).all():
-                raise ValueError("initial arrays must be finite")
-        if (initial[0] < 0).any():
-            raise ValueError("initial depth must not be negative")
-        deepest = max(initial[0].max(), depths.max())
-        dry = scene.scheme.wet_limit * deepest
-        friction = scene.friction
-        drag = scene.gravity / friction.turbulent_friction if isinstance(friction, Voellmy) else 0.0
-        coefficients = scene.earth_pressure.coefficients()
-        self.material = Material(friction.tangent, drag, coefficients, dry)
+        lattice = scene.points
+        if not isinstance(lattice, Lattice):
+            raise TypeError(f"a lattice run needs a lattice, not a {type(lattice).__name__}")
+        self.scene, self.lattice, self.end, self.arrival_depth = scene, lattice, end, arrival_depth
+        initial = state_of(scene)
+        self.sides = sides_of(scene)
+        self.material = material_of(scene, initial[0], self.sides)
+        dry, coefficients = self.material.dry, PressureCoefficients(*self.material.pressure)
         self.bed = self._bed()
-        pull = self.bed.along[[0, -1]]
-        lean = np.sign(pull) * np.maximum(0.0, np.abs(pull) - friction.tangent * self.bed.normal[[0, -1]])
-        self.sides = Sides(
-            np.array([kinds[s] if isinstance(s, str) else DEPTH for s in given]),
-            depths,
-            np.array([*lean, 0.0, 0.0]),
-        )
         wet = initial[0] > self.material.dry
         padded = [np.pad(np.where(wet | (k == 0), a, 0.0), GHOSTS) for k, a in enumerate(initial)]
         self.now, *self.stages = (Fields(*(roomy(a.size, a) for a in padded)) for _ in range(3))
@@ -99,13 +78,9 @@ class LatticeRun:
         record_maxima(self.now, self.spans.wet, self.grid, dry, arrival_depth, self.record, self.progress)
 
     def _bed(self) -> Bed:
-        lattice, g = self.scene.lattice, self.scene.gravity
-        x = np.pad(lattice.x_points, GHOSTS, mode="edge")
-        y = np.full_like(x, lattice.y_points.mean())
-        if np.any(self.scene.terrain.lateral_slope(x, y)):
-            raise ValueError("the lattice form needs a bed without lateral slope")
-        xi = self.scene.terrain.inclination(x, y)
-        return Bed(g * np.sin(xi), g * np.cos(xi), self.scene.terrain.curvature(x, y))
+        x = np.pad(self.lattice.x_points, GHOSTS, mode="edge")
+        y = np.full_like(x, self.lattice.y_points.mean())
+        return Bed(*gravity_along_and_normal(self.scene, x, y), self.scene.terrain.curvature(x, y))
 
     def advance(self, target: float, max_steps: int | None) -> int:
         """Step to ``target``, s; say why it stopped."""
@@ -152,11 +127,11 @@ class LatticeRun:
     @property
     def volume(self) -> float:
         """Volume in the domain, m3."""
-        return float(self.state[0].sum()) * self.scene.lattice.cell_area
+        return float(self.state[0].sum()) * self.lattice.cell_area
 
     @property
     def place(self) -> tuple[float, float]:
         """Where a value was not finite, x and y in m; NaN if none was."""
         j, i = self.progress.place
-        lattice = self.scene.lattice
+        lattice = self.lattice
         return (float(lattice.x_points[i]), float(lattice.y_points[j])) if j >= 0 else (np.nan, np.nan)

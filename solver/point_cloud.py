@@ -74,14 +74,29 @@ class PointCloud:
         return len(self.points)
 
     @property
-    def area(self) -> float:
+    def shape(self) -> tuple[int]:
+        """Number of points, (n,)."""
+        return (len(self.points),)
+
+    @property
+    def coordinates(self) -> tuple[Array, Array]:
+        """Both coordinates of every point, x and y, each of shape (n,), m."""
+        return self.points[:, 0], self.points[:, 1]
+
+    @property
+    def cell_area(self) -> Array:
+        """Area of each control volume, shape (n,), m2."""
+        return self.control_volumes.area
+
+    @property
+    def domain_area(self) -> float:
         """Area of the domain, m2."""
         return (self.x[1] - self.x[0]) * (self.y[1] - self.y[0])
 
     @property
     def mean_spacing(self) -> float:
         """Root of the domain's area per point, m."""
-        return float(np.sqrt(self.area / len(self.points)))
+        return float(np.sqrt(self.domain_area / len(self.points)))
 
     @cached_property
     def control_volumes(self) -> ControlVolumes:

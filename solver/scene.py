@@ -7,6 +7,7 @@ from typing import Literal
 
 from solver.compiled import Array
 from solver.lattice import Lattice
+from solver.point_cloud import PointCloud
 from solver.rheology import Coulomb, EarthPressure, Isotropic, Voellmy
 from solver.terrain import Terrain
 
@@ -24,7 +25,7 @@ class Boundaries:
 
 
 @dataclass(frozen=True)
-class Scheme:
+class WeightedResidual:
     """Numerical choices of the weighted-residual form.
 
     cfl : Courant number of the unsplit step, ``dt max((|u| + c_x)/dx + (|v| + c_y)/dy)``.
@@ -41,10 +42,11 @@ class Scheme:
 class Scene:
     """One run: where, what, and by which laws.
 
-    depth, velocity_x, velocity_y : initial state, shape (ny, nx), m and m s-1.
+    points : a lattice of shape (ny, nx), or a cloud of shape (n,).
+    depth, velocity_x, velocity_y : initial state, means over the cells, of the points' shape, m and m s-1.
     """
 
-    lattice: Lattice
+    points: Lattice | PointCloud
     terrain: Terrain
     depth: Array
     velocity_x: Array
@@ -53,4 +55,4 @@ class Scene:
     earth_pressure: EarthPressure = field(default_factory=Isotropic)
     gravity: float = 9.81
     boundaries: Boundaries = field(default_factory=Boundaries)
-    scheme: Scheme = field(default_factory=Scheme)
+    scheme: WeightedResidual = field(default_factory=WeightedResidual)

@@ -14,11 +14,21 @@ from solver.compiled import Array
 from solver.lattice import Lattice
 from solver.lattice_run import LatticeRun
 from solver.rheology import Coulomb
-from solver.scene import Boundaries, Scene, Scheme
+from solver.run_setup import Run
+from solver.scene import Boundaries, Scene, WeightedResidual
 from solver.terrain import Plane
 from solver.time_stepping import Record
 
-__all__ = ["Boundaries", "Failure", "Ledger", "Result", "Scene", "Scheme", "compile_kernels", "simulate"]
+__all__ = [
+    "Boundaries",
+    "Failure",
+    "Ledger",
+    "Result",
+    "Scene",
+    "WeightedResidual",
+    "compile_kernels",
+    "simulate",
+]
 
 REASONS = {
     time_stepping.OUT_OF_STEPS: "more steps than allowed",
@@ -120,8 +130,8 @@ def simulate(
     increasing = frames.ndim == 1 and len(frames) and frames[0] >= 0 and (np.diff(frames) > 0).all()
     if not increasing or not np.isfinite(frames).all():
         raise ValueError("times must be one or more increasing finite numbers, the first at least 0")
-    run = LatticeRun(scene, frames[-1], arrival_depth)
-    shape = (len(frames), *scene.lattice.shape)
+    run: Run = LatticeRun(scene, frames[-1], arrival_depth)
+    shape = (len(frames), *scene.points.shape)
     depth, velocity_x, velocity_y = np.full((3, *shape), np.nan)
     rest_time, failure = np.nan, None
     released = run.volume

@@ -15,7 +15,7 @@ from solver.initial_state import lay
 from solver.lattice import Array, Lattice
 from solver.release import Paraboloid
 from solver.rheology import Coulomb
-from solver.simulation import Boundaries, Result, Scene, Scheme, simulate
+from solver.simulation import Boundaries, Result, Scene, WeightedResidual, simulate
 from solver.terrain import Plane
 
 ROWS = 3
@@ -66,7 +66,7 @@ def slide(
     bed_friction: float,
     boundaries: Boundaries,
     gravity: float = exact.GRAVITY,
-    scheme: Scheme | None = None,
+    scheme: WeightedResidual | None = None,
 ) -> Scene:
     """Scene on a plane with K = 1 from depth (m) and velocity (m s-1) along x, each of shape (nx,)."""
     h, u = (
@@ -82,14 +82,14 @@ def slide(
         friction,
         gravity=gravity,
         boundaries=boundaries,
-        scheme=scheme or Scheme(),
+        scheme=scheme or WeightedResidual(),
     )
 
 
 WALLED = Boundaries("open", "open", "wall", "wall")
 
 
-def frictionless_cap(spacing: float, scheme: Scheme | None = None) -> Measured:
+def frictionless_cap(spacing: float, scheme: WeightedResidual | None = None) -> Measured:
     """Exact case 1 at t = 5 s."""
     solution = exact.FrictionlessCap()
     lattice = Lattice((-150.0, 300.0), (-150.0, 150.0), spacing)
@@ -101,7 +101,7 @@ def frictionless_cap(spacing: float, scheme: Scheme | None = None) -> Measured:
         laid.velocity_x,
         laid.velocity_y,
         Coulomb(0.0),
-        scheme=scheme or Scheme(),
+        scheme=scheme or WeightedResidual(),
     )
     x, y = np.meshgrid(lattice.x_points, lattice.y_points)
     depth, velocity, _ = solution(x, y, 5.0)
@@ -112,7 +112,7 @@ def dam_break(
     spacing: float,
     angle: float = 22.0,
     bed_friction: float = 21.0,
-    scheme: Scheme | None = None,
+    scheme: WeightedResidual | None = None,
     bounds: tuple[float, float] = (-60.0, 50.0),
     time: float = 5.0,
 ) -> Measured:
@@ -128,17 +128,17 @@ def dam_break(
     return measure(spacing, simulate(start, [time]), depth, velocity)
 
 
-def steep_dam_break(spacing: float, scheme: Scheme | None = None) -> Measured:
+def steep_dam_break(spacing: float, scheme: WeightedResidual | None = None) -> Measured:
     """Exact case 3 at 30 degrees with bed friction 20, t = 3 s."""
     return dam_break(spacing, 30.0, 20.0, scheme, (-60.0, 60.0), 3.0)
 
 
-def ritter(spacing: float, scheme: Scheme | None = None) -> Measured:
+def ritter(spacing: float, scheme: WeightedResidual | None = None) -> Measured:
     """Exact case 8: flat and frictionless, onto a dry bed, t = 3 s."""
     return dam_break(spacing, 0.0, 0.0, scheme, (-20.0, 30.0), 3.0)
 
 
-def stoker(spacing: float, scheme: Scheme | None = None) -> Measured:
+def stoker(spacing: float, scheme: WeightedResidual | None = None) -> Measured:
     """Exact case 8: flat and frictionless, onto a layer at rest, t = 3 s."""
     solution = exact.WetDamBreak()
     lattice = row((-20.0, 30.0), spacing)
@@ -150,7 +150,7 @@ def stoker(spacing: float, scheme: Scheme | None = None) -> Measured:
     return measure(spacing, simulate(start, [3.0]), depth, velocity)
 
 
-def parabolic_cap(spacing: float, scheme: Scheme | None = None) -> Measured:
+def parabolic_cap(spacing: float, scheme: WeightedResidual | None = None) -> Measured:
     """Exact case 4 at t = 4 s."""
     solution = exact.ParabolicCap()
     lattice = row((-25.0, 65.0), spacing)
@@ -186,7 +186,7 @@ class Shock:
     run: Result
 
 
-def travelling_shock(spacing: float, scheme: Scheme | None = None, distance: float = 10.0) -> Shock:
+def travelling_shock(spacing: float, scheme: WeightedResidual | None = None, distance: float = 10.0) -> Shock:
     """Exact case 5: the shock on its way over a distance, m."""
     solution = exact.TravellingShock()
     duration = distance / abs(solution.speed)

@@ -223,7 +223,7 @@ class Run:
     drained: int = 0
 
     def __post_init__(self):
-        scene, lattice, sides = self.scene, self.scene.lattice, self.scene.boundaries
+        scene, lattice, sides = self.scene, self.scene.points, self.scene.boundaries
         self.sides = sides.x_min, sides.x_max, sides.y_min, sides.y_max
         given = [side for side in self.sides if not isinstance(side, str)]
         self.dry = scene.scheme.wet_limit * max(scene.depth.max(), *given, 0)

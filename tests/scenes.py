@@ -6,7 +6,7 @@ import numpy as np
 
 from solver.lattice import Lattice
 from solver.rheology import Coulomb, MohrCoulomb, Voellmy
-from solver.simulation import Boundaries, Scene, Scheme
+from solver.simulation import Boundaries, Scene, WeightedResidual
 from solver.terrain import Bend, Plane
 
 LATTICE = Lattice((0, 12), (-4, 4), 0.5)
@@ -43,6 +43,7 @@ def all_sides(side):
 
 MIXED = Boundaries(x_min="no-slip", x_max="open", y_min="wall", y_max=0.3)
 TWO, FOUR = (((3, 0), 2.9, 0.3), ((5, 1), 1.2, 0.8)), tuple(((1 + 3 * k, k - 2), 1.1, 0.5) for k in range(4))
+LONG = WeightedResidual(cfl=1.8)
 SCENES = {
     "frictionless": (scene(friction=Coulomb(0), speed=(1, 0.5)), 1.0),
     "earth pressure jumps": (scene(earth_pressure=MohrCoulomb(40, 20), speed=(2, -1)), 1.0),
@@ -56,7 +57,10 @@ SCENES = {
     "several blobs": (scene(Plane(25), heaps=FOUR), 1.5),
     "leaving the domain": (scene(heaps=(((10, 3), 2.5, 1.0),), speed=(4, 3)), 2.5),
     "rough": (rough(1), 0.4),
-    "rough, long steps": (rough(2, scheme=Scheme(cfl=1.8)), 0.3),
-    "rough, long steps, walls": (rough(3, scheme=Scheme(cfl=1.8), boundaries=all_sides("wall")), 0.3),
+    "rough, long steps": (rough(2, scheme=WeightedResidual(cfl=1.8)), 0.3),
+    "rough, long steps, walls": (
+        rough(3, scheme=WeightedResidual(cfl=1.8), boundaries=all_sides("wall")),
+        0.3,
+    ),
     "coming to rest": (scene(Plane(5), Coulomb(35), speed=(1, 0), earth_pressure=MohrCoulomb(38, 35)), 3.0),
 }

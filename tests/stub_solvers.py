@@ -15,7 +15,7 @@ RAISES, KILLS, FAILS, OVERRUNS = 11.0, 12.0, 13.0, 14.0
 def still(scene, times, *, arrival_depth, stop_at_rest, failure=None, outflow=0.0):
     """Leave the release where it is."""
     frames = np.repeat(scene.depth[None], len(times), axis=0)
-    volume = float(scene.depth.sum()) * scene.lattice.cell_area
+    volume = float(scene.depth.sum()) * scene.points.cell_area
     return Result(
         times=np.asarray(times),
         depth=frames,

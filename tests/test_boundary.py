@@ -141,7 +141,7 @@ def test_a_wall_is_the_axis_of_a_flow_and_its_mirror_image():
     half = thrown("wall", "x_min")
     double = replace(
         half,
-        lattice=Lattice((-7.5, 7), (0, 7), 0.5),
+        points=Lattice((-7.5, 7), (0, 7), 0.5),
         depth=np.hstack([half.depth[:, ::-1], half.depth]),
         velocity_x=np.hstack([-half.velocity_x[:, ::-1], half.velocity_x]),
         velocity_y=np.hstack([half.velocity_y[:, ::-1], half.velocity_y]),

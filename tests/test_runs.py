@@ -83,7 +83,7 @@ def test_a_scene_holds_what_its_settings_say(runs):
                   "scheme: {cfl: 0.5, wet_limit: 1e-3}\noutput: {threshold: 0.02}\n")  # fmt: skip
     made = build_scene(run)
     scene = made.scene
-    assert scene.lattice.shape == scene.depth.shape == (9, 21)
+    assert scene.points.shape == scene.depth.shape == (9, 21)
     assert (scene.gravity, scene.scheme.cfl, scene.scheme.wet_limit) == (2.5, 0.5, 1e-3)
     sides = scene.boundaries
     assert (sides.x_min, sides.x_max, sides.y_min, sides.y_max) == ("wall", 0.3, "no-slip", "open")

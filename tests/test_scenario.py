@@ -12,7 +12,7 @@ from pipeline import scenario_reference
 from pipeline.elevation_table import read
 from pipeline.scenario import differences, json_schema, load
 from pipeline.settings import Settings
-from solver.simulation import Scheme
+from solver.simulation import WeightedResidual
 
 ROOT = Path(__file__).parents[1]
 CATALOGUE = sorted(ROOT.glob("scenarios/*.yaml"))
@@ -49,9 +49,9 @@ def test_defaults_are_filled_in(scenario_file):
 def test_the_defaults_of_the_scheme_are_those_of_the_solver(scenario_file):
     scheme = load([scenario_file()])[0].settings.scheme
     assert (scheme.cfl, scheme.wet_limit, scheme.rest_share) == (
-        Scheme().cfl,
-        Scheme().wet_limit,
-        Scheme().rest_share,
+        WeightedResidual().cfl,
+        WeightedResidual().wet_limit,
+        WeightedResidual().rest_share,
     )
 
 

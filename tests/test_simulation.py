@@ -6,7 +6,7 @@ from scenes import MIXED, SCENES, all_sides, scene
 
 from solver.lattice import Lattice
 from solver.rheology import Coulomb, Voellmy
-from solver.simulation import Boundaries, Ledger, Scene, Scheme, simulate
+from solver.simulation import Boundaries, Ledger, Scene, WeightedResidual, simulate
 from solver.terrain import Plane
 
 CASE = scene()
@@ -62,9 +62,9 @@ def test_frames_have_the_shape_of_times_and_lattice_and_the_first_is_the_start()
     speed = np.full_like(CASE.depth, 2.0)
     result = simulate(replace(CASE, velocity_x=speed), [0.0, 0.4])
     for name in FIELDS:
-        assert getattr(result, name).shape == (2, *CASE.lattice.shape)
+        assert getattr(result, name).shape == (2, *CASE.points.shape)
     for name in RECORDS:
-        assert getattr(result, name).shape == CASE.lattice.shape
+        assert getattr(result, name).shape == CASE.points.shape
     assert result.time == 0.4
     assert result.times.tolist() == [0.0, 0.4]
     np.testing.assert_array_equal(result.depth[0], CASE.depth)
@@ -149,7 +149,7 @@ def test_what_comes_in_and_goes_out_is_in_the_ledger():
     ledger = simulate(case, [8.0]).ledger
     assert ledger.inflow > 20
     assert ledger.outflow > 20
-    assert ledger.released == pytest.approx(case.depth.sum() * case.lattice.cell_area, rel=1e-14)
+    assert ledger.released == pytest.approx(case.depth.sum() * case.points.cell_area, rel=1e-14)
     assert abs(ledger.error) <= 1e-12
     total = ledger.released + ledger.inflow - ledger.outflow
     assert ledger.now == pytest.approx(total, rel=1e-12)
@@ -179,7 +179,7 @@ def test_an_empty_domain_is_at_rest():
 def test_what_is_thinner_than_the_wet_limit_stays_and_is_kept():
     depth = CASE.depth.copy()
     depth[2, -3] = 5e-3
-    result = simulate(replace(CASE, depth=depth, scheme=Scheme(wet_limit=1e-2)), [0.1])
+    result = simulate(replace(CASE, depth=depth, scheme=WeightedResidual(wet_limit=1e-2)), [0.1])
     assert result.depth[0, 2, -3] == 5e-3
     assert result.velocity_x[0, 2, -3] == 0
     assert abs(result.ledger.error) <= 1e-14
@@ -195,7 +195,7 @@ def test_arrival_is_counted_above_the_given_depth():
 
 
 def test_lists_and_integers_make_a_scene_too():
-    level = np.ones(CASE.lattice.shape, dtype=int)
+    level = np.ones(CASE.points.shape, dtype=int)
     result = simulate(replace(CASE, depth=level.tolist(), velocity_x=level, velocity_y=0 * level), [0, 1])
     assert result.depth.dtype == np.float64
     assert result.steps > 0

@@ -107,7 +107,7 @@ def test_gravity_scales_time_and_nothing_else(factor, tolerance):
 def test_length_scales_with_the_square_of_time(unit):
     scene = patch((8.0, 0.0))
     lattice = Lattice((0.0, 40.0 * unit), (-10.0 * unit, 10.0 * unit), 0.5 * unit)
-    large = replace(scene, lattice=lattice, depth=scene.depth * unit)
+    large = replace(scene, points=lattice, depth=scene.depth * unit)
     here, there = simulate(scene, [2.0]), simulate(large, [2.0 * np.sqrt(unit)])
     assert (here.depth * unit == there.depth).all()
     assert (here.velocity_x * np.sqrt(unit) == there.velocity_x).all()

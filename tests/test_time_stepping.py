@@ -7,7 +7,7 @@ from scenes import SCENES, rough, scene
 from solver.lattice import Lattice
 from solver.lattice_run import LatticeRun
 from solver.rheology import Coulomb
-from solver.simulation import Boundaries, Scene, Scheme, simulate
+from solver.simulation import Boundaries, Scene, WeightedResidual, simulate
 from solver.terrain import Plane
 from solver.time_stepping import (
     AT_REST,
@@ -61,7 +61,7 @@ def test_a_smooth_frictionless_flow_converges_in_time_at_nearly_third_order(jump
     def run(cfl):
         sides = Boundaries(y_min="wall", y_max="wall")
         start = Scene(lattice, Plane(5), 2 + ramp, 1 + ramp, 0 * ramp, Coulomb(0), boundaries=sides)
-        return simulate(replace(start, scheme=Scheme(cfl=cfl)), [1.0]).depth[0, 1, 6:-6]
+        return simulate(replace(start, scheme=WeightedResidual(cfl=cfl)), [1.0]).depth[0, 1, 6:-6]
 
     exact, cfl = run(0.01), np.array([0.9, 0.45, 0.225])
     errors = [np.abs(run(c) - exact).max() for c in cfl]
@@ -110,8 +110,8 @@ def test_steps_are_as_long_as_the_courant_number_allows_and_the_last_two_equal()
     assert lengths[-1] == pytest.approx(lengths[-2], rel=1e-12)
     h, u, v = states[3]
     wet = h > case.scheme.wet_limit * case.depth.max()
-    c = np.sqrt(9.81 * np.cos(case.terrain.inclination(case.lattice.x_points)) * h)
-    largest = ((np.abs(u) + c) / case.lattice.dx + (np.abs(v) + c) / case.lattice.dy)[wet].max()
+    c = np.sqrt(9.81 * np.cos(case.terrain.inclination(case.points.x_points)) * h)
+    largest = ((np.abs(u) + c) / case.points.dx + (np.abs(v) + c) / case.points.dy)[wet].max()
     assert lengths[3] == pytest.approx(case.scheme.cfl / largest, rel=1e-12)
 
 
@@ -170,7 +170,7 @@ def test_a_value_that_is_not_finite_is_found_with_its_place():
 def test_the_record_kernel_is_its_twin_and_touches_nothing_outside_the_spans():
     case, dry, threshold = rough(2), 1e-3, 0.1
     run = LatticeRun(case, 1.0, 0.0)
-    rng, shape = np.random.default_rng(0), case.lattice.shape
+    rng, shape = np.random.default_rng(0), case.points.shape
     old = rng.uniform(0, 0.5, (3, *shape))
     arrival = np.where(rng.random(shape) < 0.3, 1.0, np.nan)
     record = Record(*(q.ravel().copy() for q in old), arrival.ravel().copy())

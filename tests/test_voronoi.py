@@ -11,11 +11,11 @@ from solver.voronoi import SIDE_NORMALS, control_volumes
 def assert_closed(cloud):
     """Areas fill the domain, every cell is closed, faces lie half way between their points."""
     cells, points = cloud.control_volumes, cloud.points
-    assert cells.area.sum() == pytest.approx(cloud.area, rel=1e-13)
+    assert cells.area.sum() == pytest.approx(cloud.domain_area, rel=1e-13)
     assert (cells.area > 0).all()
     middle = np.array([cloud.x, cloud.y]).mean(axis=1)
     np.testing.assert_allclose(
-        (cells.area[:, None] * (cells.centroid - middle)).sum(axis=0) / cloud.area, 0, atol=1e-12
+        (cells.area[:, None] * (cells.centroid - middle)).sum(axis=0) / cloud.domain_area, 0, atol=1e-12
     )
     outward, around = np.zeros(points.shape), np.zeros(len(points))
     for cell, normal, length in (

@@ -1,0 +1,114 @@
+"""What every run is made of, whatever its points and its form: state, sides and material, checked."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+
+from solver.activity import Material
+from solver.boundary import DEPTH, NO_SLIP, OPEN, WALL, Sides
+from solver.compiled import Array
+from solver.rheology import Voellmy
+from solver.scene import Scene
+from solver.time_stepping import Progress, Record
+
+KINDS = {"open": OPEN, "wall": WALL, "no-slip": NO_SLIP}
+
+
+class Run(Protocol):
+    """One run, on whatever points and in whatever form, as `solver.simulation` steps it.
+
+    sides : of the domain. record : maxima over the steps, flat. progress : time, counts and ledger.
+    time : reached, s. volume : now in the domain, m3. state : depth (m) and velocity (m s-1), copies of the
+    shape of the points. place : where a value was not finite, x and y in m; NaN if none was.
+    """
+
+    sides: Sides
+    record: Record
+    progress: Progress
+
+    @property
+    def time(self) -> float: ...  # noqa: D102
+
+    @property
+    def volume(self) -> float: ...  # noqa: D102
+
+    @property
+    def state(self) -> tuple[Array, Array, Array]: ...  # noqa: D102
+
+    @property
+    def place(self) -> tuple[float, float]: ...  # noqa: D102
+
+    def advance(self, target: float, max_steps: int | None) -> int:
+        """Step to ``target``, s; say why it stopped, by the constants of `solver.time_stepping`."""
+        ...
+
+    def settle(self) -> None:
+        """Stop what little still moves in a run at rest."""
+        ...
+
+
+def state_of(scene: Scene) -> tuple[Array, Array, Array]:
+    """Give initial depth (m) and velocity (m s-1), double precision arrays of the shape of the points.
+
+    Raises
+    ------
+    ValueError
+        If an array has another shape, a value is not finite or a depth negative.
+    """
+    h, u, v = (np.asarray(a, dtype=np.float64) for a in (scene.depth, scene.velocity_x, scene.velocity_y))
+    for array in (h, u, v):
+        if array.shape != scene.points.shape:
+            raise ValueError(
+                f"initial arrays must have the points' shape {scene.points.shape}, not {array.shape}"
+            )
+        if not np.isfinite(array).all():
+            raise ValueError("initial arrays must be finite")
+    if (h < 0).any():
+        raise ValueError("initial depth must not be negative")
+    return h, u, v
+
+
+def sides_of(scene: Scene) -> Sides:
+    """Give the sides of a scene to the kernels.
+
+    Raises
+    ------
+    ValueError
+        If a side is neither a kind nor a depth.
+    """
+    bounds, friction = scene.boundaries, scene.friction
+    given = (bounds.x_min, bounds.x_max, bounds.y_min, bounds.y_max)
+    for side in given:
+        if side not in KINDS and (isinstance(side, str) or not 0 <= side < np.inf):
+            raise ValueError(f"a side must be one of {', '.join(KINDS)} or a depth, not {side!r}")
+    along, normal = gravity_along_and_normal(scene, np.array(scene.points.x), np.full(2, scene.points.y[0]))
+    lean = np.sign(along) * np.maximum(0.0, np.abs(along) - friction.tangent * normal)
+    return Sides(
+        np.array([KINDS[s] if isinstance(s, str) else DEPTH for s in given]),
+        np.array([0.0 if isinstance(s, str) else float(s) for s in given]),
+        np.array([*lean, 0.0, 0.0]),
+    )
+
+
+def gravity_along_and_normal(scene: Scene, x: Array, y: Array) -> tuple[Array, Array]:
+    """Give g sin xi and g cos xi, m s-2, at places x, y of one shape, m.
+
+    Raises
+    ------
+    ValueError
+        If the bed has a lateral slope.
+    """
+    if np.any(scene.terrain.lateral_slope(x, y)):
+        raise ValueError("the solver needs a bed without lateral slope")
+    xi = scene.terrain.inclination(x, y)
+    return scene.gravity * np.sin(xi), scene.gravity * np.cos(xi)
+
+
+def material_of(scene: Scene, depth: Array, sides: Sides) -> Material:
+    """Give friction, earth pressure and wet limit to the kernels; ``depth`` is the initial one, m."""
+    friction = scene.friction
+    drag = scene.gravity / friction.turbulent_friction if isinstance(friction, Voellmy) else 0.0
+    dry = scene.scheme.wet_limit * max(depth.max(), sides.depth.max())
+    return Material(friction.tangent, drag, scene.earth_pressure.coefficients(), float(dry))
