@@ -1,4 +1,4 @@
-"""The initial state: releases laid on a lattice as cell averages."""
+"""The initial state: releases laid on points as cell averages."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.lattice import Lattice
+from solver.point_cloud import PointCloud
 from solver.release import Release
 
 Array = NDArray[np.float64]
@@ -16,12 +17,12 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Laid:
-    """Releases laid on a lattice.
+    """Releases laid on points.
 
-    depth, velocity_x, velocity_y : shape (ny, nx), m and m s-1; velocities of releases that overlap are
-    weighted by their depths, and zero where nothing lies. volume : what the cells hold, m3.
+    depth, velocity_x, velocity_y : of the shape of the points, m and m s-1; velocities of releases that
+    overlap are weighted by their depths, and zero where nothing lies. volume : what the cells hold, m3.
     volume_asked : sum of the volumes asked for, or of the shapes' own, m3. volume_lost : what lies outside
-    the cells of the lattice, m3.
+    all cells, m3.
     """
 
     depth: Array
@@ -32,8 +33,8 @@ class Laid:
     volume_lost: float
 
 
-def lay(releases: Sequence[Release], lattice: Lattice) -> Laid:
-    """Lay releases on a lattice as cell averages; where they overlap depths add up.
+def lay(releases: Sequence[Release], points: Lattice | PointCloud) -> Laid:
+    """Lay releases on points as cell averages; where they overlap depths add up.
 
     A release with a volume V is scaled by V/(V_cells + V_lost), V_cells what its averages hold and V_lost the
     part of its shape outside all cells: a release inside the domain holds V to round-off, one partly outside
@@ -42,26 +43,26 @@ def lay(releases: Sequence[Release], lattice: Lattice) -> Laid:
     Raises
     ------
     ValueError
-        If there is no release, or one lies wholly outside the cells of the lattice.
+        If there is no release, or one lies wholly outside all cells.
     """
     if not releases:
         raise ValueError("there is nothing to release")
     parts = []
     asked = lost = 0.0
     for release in releases:
-        averages = release.cell_averages(lattice)
-        held = float(averages.sum()) * lattice.cell_area
+        averages = release.cell_averages(points)
+        held = float((averages * points.cell_area).sum())
         if held <= 0:
             raise ValueError(f"a release lies wholly outside the domain: {release}")
-        outside = release.volume_outside(lattice)
+        outside = release.volume_outside(*points.extent)
         scale = 1.0 if release.volume is None else release.volume / (held + outside)
         parts.append(scale * averages)
         asked += release.shape_volume if release.volume is None else release.volume
         lost += scale * outside
     depth = np.sum(parts, axis=0)
-    velocity_x, velocity_y = np.zeros((2, *lattice.shape))
+    velocity_x, velocity_y = np.zeros((2, *points.shape))
     for part, release in zip(parts, releases, strict=True):
-        share = np.divide(part, depth, out=np.zeros(lattice.shape), where=depth > 0)
+        share = np.divide(part, depth, out=np.zeros(points.shape), where=depth > 0)
         velocity_x += share * release.velocity[0]
         velocity_y += share * release.velocity[1]
-    return Laid(depth, velocity_x, velocity_y, float(depth.sum()) * lattice.cell_area, asked, lost)
+    return Laid(depth, velocity_x, velocity_y, float((depth * points.cell_area).sum()), asked, lost)

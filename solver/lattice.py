@@ -75,6 +75,14 @@ class Lattice:
         return x, y
 
     @property
+    def extent(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Outer edges of the outer control volumes along x and y, half a spacing beyond the points, m."""
+        return (
+            (self.x[0] - self.dx / 2, self.x[1] + self.dx / 2),
+            (self.y[0] - self.dy / 2, self.y[1] + self.dy / 2),
+        )
+
+    @property
     def cell_area(self) -> float:
         """Area of one control volume, m2."""
         return self.dx * self.dy

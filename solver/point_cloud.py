@@ -84,6 +84,11 @@ class PointCloud:
         return self.points[:, 0], self.points[:, 1]
 
     @property
+    def extent(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Outer edges of the outer control volumes along x and y: the domain's bounds, m."""
+        return self.x, self.y
+
+    @property
     def cell_area(self) -> Array:
         """Area of each control volume, shape (n,), m2."""
         return self.control_volumes.area

@@ -1,4 +1,4 @@
-"""Releases: shapes of material, at rest or moving, and their averages over the cells of a lattice."""
+"""Releases: shapes of material, at rest or moving, and their averages over control volumes."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from solver.lattice import Lattice
+from solver.point_cloud import PointCloud
+from solver.release_integrals import NODES, SLIVER, WEIGHTS, box_integral, covered, round_integral
 
 Array = NDArray[np.float64]
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(12)
-_SLIVER = 1e-12
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,20 +48,31 @@ class Release:
         """Depth of the shape before it is scaled, m, at points x, y, m; the shape of both together."""
         raise NotImplementedError
 
-    def cell_averages(self, lattice: Lattice) -> Array:
-        """Depth of the shape averaged over each control volume, shape (ny, nx), m."""
+    def cell_averages(self, points: Lattice | PointCloud) -> Array:
+        """Depth of the shape averaged over each control volume, of the shape of the points, m."""
+        if isinstance(points, Lattice):
+            return self._lattice_averages(points)
+        cells = points.control_volumes
+        averages = cells.around(self._between(*cells.edges)) / cells.area
+        # what is left of a cell outside the shape is round-off
+        return np.where(averages > SLIVER * averages.max(), averages, 0.0)
+
+    def _lattice_averages(self, lattice: Lattice) -> Array:
         raise NotImplementedError
 
-    def volume_outside(self, lattice: Lattice) -> float:
-        """Volume of the shape outside all control volumes, m3; exactly zero where it lies inside."""
-        x_low, x_high, y_low, y_high = self.extent
-        (left, right), (near, far) = cell_bounds(lattice)
-        if left <= x_low and x_high <= right and near <= y_low and y_high <= far:
-            return 0.0
-        return max(0.0, self.shape_volume - self._volume_inside(lattice))
+    def _between(self, start: Array, end: Array) -> Array:
+        """Volume between edges (e, 2), m, and one fixed place or line, m3; around a polygon it adds up."""
+        raise NotImplementedError
 
-    def _volume_inside(self, lattice: Lattice) -> float:
-        return float(self.cell_averages(lattice).sum()) * lattice.cell_area
+    def volume_outside(self, x: tuple[float, float], y: tuple[float, float]) -> float:
+        """Volume of the shape outside a rectangle, m3; exactly zero where it lies inside."""
+        x_low, x_high, y_low, y_high = self.extent
+        if x[0] <= x_low and x_high <= x[1] and y[0] <= y_low and y_high <= y[1]:
+            return 0.0
+        corners = np.array([(x[0], y[0]), (x[1], y[0]), (x[1], y[1]), (x[0], y[1])])
+        inside = float(self._between(corners, np.roll(corners, -1, axis=0)).sum())
+        whole = self.shape_volume
+        return whole if inside <= SLIVER * whole else max(0.0, whole - inside)
 
 
 @dataclass(frozen=True)
@@ -91,7 +102,15 @@ class Round(Release):
         """Depth, m, at the square of the distance from the centre in half axes."""
         raise NotImplementedError
 
-    def cell_averages(self, lattice: Lattice) -> Array:
+    def _mean(self, squared: Array) -> Array:
+        """``int_0^r h(t^2) t dt / r^2`` as a function of r^2 in half axes, m."""
+        raise NotImplementedError
+
+    def _between(self, start: Array, end: Array) -> Array:
+        centre, axes = np.array(self.centre), np.array(self.half_axes)
+        return axes.prod() * round_integral(self._mean, (start - centre) / axes, (end - centre) / axes)
+
+    def _lattice_averages(self, lattice: Lattice) -> Array:
         """Depth averaged over each control volume by Gauss-Legendre quadrature within the base, (ny, nx), m.
 
         The points of a cell are summed in pairs mirrored in y, so that the mirror image of a release has the
@@ -105,15 +124,15 @@ class Round(Release):
             low, high = max(x - lattice.dx / 2, -rx), min(x + lattice.dx / 2, rx)
             if low >= high:
                 continue
-            along = (low + high) / 2 + (high - low) / 2 * _NODES[:, None]
+            along = (low + high) / 2 + (high - low) / 2 * NODES[:, None]
             width = ry * np.sqrt(np.maximum(0.0, 1.0 - (along / rx) ** 2))
             start, stop = np.clip(below[rows], -width, width), np.clip(above[rows], -width, width)
-            across = (start + stop) / 2 + (stop - start) / 2 * _NODES[:, None, None]
-            values = _WEIGHTS[:, None, None] * self._profile(
+            across = (start + stop) / 2 + (stop - start) / 2 * NODES[:, None, None]
+            values = WEIGHTS[:, None, None] * self._profile(
                 np.minimum((along / rx) ** 2 + (across / ry) ** 2, 1.0)
             )
             strips = (values + values[::-1]).sum(axis=0) / 2 * (stop - start) / 2
-            averages[rows, column] = (_WEIGHTS[:, None] * strips).sum(axis=0) * (high - low) / 2
+            averages[rows, column] = (WEIGHTS[:, None] * strips).sum(axis=0) * (high - low) / 2
         return averages / lattice.cell_area
 
 
@@ -147,6 +166,13 @@ class Cap(Round):
         # sqrt(ball^2 - r^2) - sunk, without the cancellation of a flat cap
         total = np.sqrt(inside + sunk**2) + sunk
         return np.asarray(np.divide(inside, total, out=np.zeros_like(total), where=total > 0))
+
+    def _mean(self, squared: Array) -> Array:
+        ball = (self.radius**2 + self.height**2) / (2 * self.height)
+        sunk, top, depth = ball - self.height, self.height, self._profile(squared)
+        # a form of (ball^3 - (sunk + depth)^3)/(3 radius^2) - sunk squared/2 without cancellation
+        size = 3 * sunk * (top + depth) + 2 * (top**2 + top * depth + depth**2)
+        return np.asarray(size / (6 * (ball + sunk + depth)))
 
 
 @dataclass(frozen=True)
@@ -184,6 +210,9 @@ class Paraboloid(Round):
     def _profile(self, squared: Array) -> Array:
         return self.height * (1.0 - squared)
 
+    def _mean(self, squared: Array) -> Array:
+        return self.height * (0.5 - 0.25 * squared)
+
 
 @dataclass(frozen=True)
 class Cylinder(Round):
@@ -208,6 +237,9 @@ class Cylinder(Round):
 
     def _profile(self, squared: Array) -> Array:
         return np.full(squared.shape, self.height)
+
+    def _mean(self, squared: Array) -> Array:
+        return np.full(squared.shape, 0.5 * self.height)
 
 
 @dataclass(frozen=True)
@@ -238,38 +270,17 @@ class Box(Release):
         inside = (self.x[0] <= x) & (x <= self.x[1]) & (self.y[0] <= y) & (y <= self.y[1])
         return np.where(inside, self.height, 0.0)
 
-    def cell_averages(self, lattice: Lattice) -> Array:
+    def _between(self, start: Array, end: Array) -> Array:
+        return self.height * box_integral(self.x, self.y, start, end)
+
+    def _lattice_averages(self, lattice: Lattice) -> Array:
         """Depth averaged over each control volume, exactly, shape (ny, nx), m.
 
         A side that reaches an outer point is moved to the edge of that point's cell.
         """
-        along = _covered(self.x, lattice.x_points, lattice.dx)
-        across = _covered(self.y, lattice.y_points, lattice.dy)
+        along = covered(self.x, lattice.x_points, lattice.dx)
+        across = covered(self.y, lattice.y_points, lattice.dy)
         return self.height * np.multiply.outer(across, along)
-
-    def _volume_inside(self, lattice: Lattice) -> float:
-        sides = zip((self.x, self.y), cell_bounds(lattice), strict=True)
-        lengths = [max(0.0, min(high, last) - max(low, first)) for (low, high), (first, last) in sides]
-        return float(np.prod(lengths)) * self.height
-
-
-def cell_bounds(lattice: Lattice) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Outer edges of the outer control volumes along x and y, half a spacing beyond the points, m."""
-    return (
-        (lattice.x[0] - lattice.dx / 2, lattice.x[1] + lattice.dx / 2),
-        (lattice.y[0] - lattice.dy / 2, lattice.y[1] + lattice.dy / 2),
-    )
-
-
-def _covered(sides: tuple[float, float], points: Array, spacing: float) -> Array:
-    """Part of each cell of one direction that lies between two sides, shape of ``points``."""
-    below, above = points - spacing / 2, points + spacing / 2
-    low = min(sides[0], below[0]) if sides[0] <= points[0] else sides[0]
-    high = max(sides[1], above[-1]) if sides[1] >= points[-1] else sides[1]
-    bare = (np.maximum(0.0, low - below) + np.maximum(0.0, above - high)) / spacing
-    # a sliver that thin is round-off of a side on a cell edge
-    bare = np.where(bare < _SLIVER, 0.0, np.where(bare > 1.0 - _SLIVER, 1.0, bare))
-    return np.asarray(1.0 - bare)
 
 
 def _check_positive(*lengths: float) -> None:

@@ -39,6 +39,21 @@ class ControlVolumes:
     side_length: Array
     side_midpoint: Array
 
+    @property
+    def edges(self) -> tuple[Array, Array]:
+        """Start and end of all faces, anticlockwise around the left cell, boundary faces last, (e, 2), m."""
+        outward = np.concatenate([self.normal, SIDE_NORMALS[self.side]])
+        half = np.concatenate([self.length, self.side_length])[:, None] / 2
+        middle = np.concatenate([self.midpoint, self.side_midpoint])
+        along = half * np.stack([-outward[:, 1], outward[:, 0]], axis=1)
+        return middle - along, middle + along
+
+    def around(self, values: Array) -> Array:
+        """Add up around each cell what its edges have, as `edges`, (e,); the sum has shape (n,)."""
+        n, inner = len(self.area), len(self.left)
+        cells = np.concatenate([self.left, self.side_cell])
+        return np.bincount(cells, values, n) - np.bincount(self.right, values[:inner], n)
+
 
 # outward unit normals of the sides x_min, x_max, y_min, y_max
 SIDE_NORMALS = np.array([[-1.0, 0.0], [1.0, 0.0], [0.0, -1.0], [0.0, 1.0]])

@@ -4,6 +4,7 @@ from scipy.integrate import dblquad
 
 from solver.initial_state import lay
 from solver.lattice import Lattice
+from solver.point_cloud import random_points
 from solver.release import Box, Cap, Cylinder, Hemisphere, Paraboloid
 
 LATTICE = Lattice((0, 10), (-5, 5), 0.5)
@@ -150,3 +151,25 @@ def test_a_flat_cap_has_the_depth_of_a_paraboloid():
 def test_impossible_shapes_are_refused(make):
     with pytest.raises(ValueError, match="must"):
         make()
+
+
+CLOUD = random_points((0, 10), (-5, 5), 700, seed=3)
+
+
+def test_a_cloud_holds_the_volume_of_a_shape_to_round_off(shape):
+    laid = lay([shape], CLOUD)
+    assert laid.volume == pytest.approx(
+        shape.shape_volume, rel=1e-11 if not hasattr(shape, "radius") else 1e-8
+    )
+    assert laid.depth.min() == 0
+
+
+def test_a_cell_of_a_cloud_holds_the_average_of_the_depth_over_it(shape):
+    rng = np.random.default_rng(0)
+    samples = rng.uniform([0, -5], [10, 5], (1_000_000, 2))
+    owner = CLOUD.nearest(1, samples)[:, 0]
+    counts = np.bincount(owner, minlength=len(CLOUD))
+    found = np.bincount(owner, shape.depth(*samples.T), len(CLOUD)) / counts
+    assert np.abs(shape.cell_averages(CLOUD) - found).max() < 5 * shape.depth(4.1, 0) / np.sqrt(counts.min())
+    outside = np.hypot(*(CLOUD.points - [4.1, 0]).T) > 5
+    assert not shape.cell_averages(CLOUD)[outside].any()
