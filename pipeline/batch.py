@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 import dask
 import numpy as np
 from distributed import Client, Future, KilledWorker, LocalCluster, as_completed
+from numpy.typing import NDArray
 from tornado.ioloop import PeriodicCallback
 
 from pipeline import store
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
 
     from pipeline.runs import Run
     from pipeline.scenario import Scenario
+    from pipeline.shared_points import SharedPoints
 
 RENEWAL_SECONDS = 2.0
 DEATH = "the worker process died of this run, twice"
@@ -56,15 +58,21 @@ class Ending:
     trouble: str = ""
 
 
-def jobs(scenario: Scenario, path: Path, runs: Sequence[Run], retry_failed: bool) -> Iterator[Job]:
+def pending(path: Path, retry_failed: bool) -> NDArray[np.bool_]:
+    """Say of every run of a store whether it is left to do, shape (runs,)."""
+    return np.isin(store.statuses(path), [Status.PENDING, *([Status.FAILED] if retry_failed else [])])
+
+
+def jobs(
+    scenario: Scenario, path: Path, runs: Sequence[Run], shared: SharedPoints | Path, retry_failed: bool
+) -> Iterator[Job]:
     """List what is left to do in a store, one job a group, from its status alone."""
-    states = store.statuses(path)
-    wanted = np.isin(states, [Status.PENDING, *([Status.FAILED] if retry_failed else [])])
+    wanted = pending(path, retry_failed)
     group = store.group(path)
     for start in range(0, len(runs), group):
         chosen = tuple(run for run in runs[start : start + group] if wanted[run.index])
         if chosen:
-            yield Job(path, variables(scenario), chosen)
+            yield Job(path, variables(scenario), chosen, shared)
 
 
 @contextmanager

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,16 +13,18 @@ from dask.system import CPU_COUNT
 from rich.console import Console
 
 from pipeline import layout, store, table
-from pipeline.batch import Ending, execute, jobs, workers
+from pipeline.batch import Ending, execute, jobs, pending, workers
 from pipeline.compilation import compile_once
 from pipeline.interrupts import heard
 from pipeline.place import store_path, summary_path
 from pipeline.progress import shown
-from pipeline.runs import expand
+from pipeline.runs import Run, expand
 from pipeline.scenario import Scenario, differences
+from pipeline.shared_points import SharedPoints, kept, share
 from pipeline.task import Job, Solve
 from pipeline.template import template
 from pipeline.variables import Status
+from solver.lattice import Lattice
 from solver.simulation import simulate
 
 
@@ -78,6 +81,8 @@ def complete(
     ------
     ChangedError
         If a store was made from a changed scenario and is not to be overwritten; nothing is done then.
+    BadInput
+        If points are not fit; nothing is written then.
     OSError
         If a store cannot be made or read.
     """
@@ -86,12 +91,14 @@ def complete(
         raise ChangedError("\n".join(line for lines in replaced.values() for line in lines))
     store.sweep_partials(out)
     todo: list[Job] = []
-    for scenario in scenarios:
-        path, runs = store_path(out, scenario.name), expand(scenario)
-        if scenario.name in replaced or not path.exists():
-            layout.create(path, template(scenario, runs))
-        todo += jobs(scenario, path, runs, retry_failed)
-    ending = _execute(todo, console, count, solve)
+    with ExitStack() as stack:
+        for scenario, runs, shared in _shared(scenarios, out, replaced, retry_failed, console):
+            path = store_path(out, scenario.name)
+            if scenario.name in replaced or not path.exists():
+                layout.create(path, template(scenario, runs, shared))
+            carried = stack.enter_context(kept(shared, out / f".{scenario.name}.points.partial"))
+            todo += jobs(scenario, path, runs, carried, retry_failed)
+        ending = _execute(todo, console, count, solve)
     whole = table.read(out)
     try:
         table.write(whole, summary_path(out))
@@ -99,6 +106,25 @@ def complete(
         ending.trouble = ending.trouble or str(error)
     counts = Counter(Status(s) for sc in scenarios for s in store.statuses(store_path(out, sc.name)))
     return Outcome(ending, counts, whole)
+
+
+def _shared(
+    scenarios: Sequence[Scenario],
+    out: Path,
+    replaced: Container[str],
+    retry_failed: bool,
+    console: Console,
+) -> list[tuple[Scenario, list[Run], SharedPoints]]:
+    """Make the points of scenarios that have something left to do, before anything is written."""
+    made = []
+    for scenario in scenarios:
+        path, runs = store_path(out, scenario.name), expand(scenario)
+        if scenario.name in replaced or not path.exists() or pending(path, retry_failed).any():
+            shared = share(scenario, runs)
+            if not isinstance(shared.points, Lattice):
+                console.print(f"{scenario.name}: {len(shared.points):,} points", highlight=False)
+            made.append((scenario, runs, shared))
+    return made
 
 
 def _changed(scenarios: Sequence[Scenario], out: Path) -> dict[str, list[str]]:

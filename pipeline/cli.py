@@ -50,6 +50,7 @@ def run(
     """
     scenarios = _load(files)
     from pipeline.catalogue import ChangedError, complete
+    from pipeline.mistakes import BadInput
     from pipeline.place import PlaceInUseError, held, summary_path
 
     console = _console()
@@ -58,6 +59,9 @@ def run(
             outcome = complete(
                 scenarios, out, console, count=workers, overwrite=overwrite, retry_failed=retry_failed
             )
+    except BadInput as error:
+        typer.echo(str(error), err=True)
+        raise typer.Exit(BAD_INPUT) from None
     except ChangedError as error:
         typer.echo(f"{error}\nuse --overwrite to replace, or another --out", err=True)
         raise typer.Exit(BAD_INPUT) from None
@@ -155,6 +159,25 @@ def plot(
         typer.echo(str(error), err=True)
         raise typer.Exit(TROUBLE) from None
     typer.echo(str(path))
+
+
+@app.command()
+def figures(
+    out: Out,
+    to: Annotated[Path | None, typer.Option(help="Folder to write to.", show_default="OUT/figures")] = None,
+) -> None:
+    """Draw and table the runs of a place side by side, as the paper's figures 3 to 7 do."""
+    from pipeline.comparison import draw
+
+    try:
+        for path in draw(out, to or out / "figures"):
+            typer.echo(str(path))
+    except FileNotFoundError as error:
+        typer.echo(str(error), err=True)
+        raise typer.Exit(BAD_INPUT) from None
+    except OSError as error:
+        typer.echo(str(error), err=True)
+        raise typer.Exit(TROUBLE) from None
 
 
 def _load(files: list[Path]) -> list[Scenario]:

@@ -16,6 +16,8 @@ from matplotlib.colors import BoundaryNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from pipeline.gridded import gridded
+
 PANEL_WIDTH = 4.6
 LEVELS = 10
 # thin films stay pale, so that the eye goes to the bulk
@@ -23,8 +25,10 @@ COLOURS = "YlGnBu"
 CHARACTERS_PER_INCH = 13
 
 
-def depth_panels(store: xr.Dataset, run: int, path: Path) -> None:
+def depth_panels(store: xr.Dataset, run: int, path: Path, most: int | None = None) -> None:
     """Draw the depth of a run at its output times after the start, one panel a time, on one scale.
+
+    A cloud is drawn on a lattice of its mean spacing.
 
     Parameters
     ----------
@@ -34,6 +38,8 @@ def depth_panels(store: xr.Dataset, run: int, path: Path) -> None:
         Position of the run.
     path : Path
         Picture to write; its suffix says of what kind.
+    most : int, optional
+        Panels at most, evenly spread over the output times, the last among them; by default all.
 
     Raises
     ------
@@ -46,10 +52,16 @@ def depth_panels(store: xr.Dataset, run: int, path: Path) -> None:
         raise ValueError(f"there is no run {run}: the store holds {store.sizes['run']}, counted from 0")
     if "depth" not in store:
         raise ValueError("the store keeps no depth")
-    depth = store["depth"].isel(run=run)
-    depth = depth.isel(time=depth["time"].to_numpy() > 0).dropna("time", how="all").load()
-    if not depth.sizes["time"]:
+    frames = store[["depth"]].isel(run=run)
+    frames = frames.isel(time=frames["time"].to_numpy() > 0).dropna("time", how="all")
+    if most is not None and frames.sizes["time"] > most:
+        every = -(-frames.sizes["time"] // most)
+        frames = frames.isel(time=slice((frames.sizes["time"] - 1) % every, None, every))
+    if not frames.sizes["time"]:
         raise ValueError(f"run {run} has no frames: it was not done, or failed at once")
+    if "point" in frames.dims:
+        frames = gridded(frames, float(np.sqrt(frames["area"].mean())))
+    depth = frames["depth"].load()
     x, y = depth["x"].to_numpy(), depth["y"].to_numpy()
     shape = (y[-1] - y[0]) / (x[-1] - x[0])
     columns = _columns(depth.sizes["time"], shape)
@@ -75,7 +87,7 @@ def depth_panels(store: xr.Dataset, run: int, path: Path) -> None:
         panel.set_xlabel("along the bed (m)")
     figure.supylabel("across the bed (m)", fontsize="medium")
     description = textwrap.fill(store.attrs["comment"], int(CHARACTERS_PER_INCH * figure.get_figwidth()))
-    figure.suptitle(f"{_title(store, run)}\n{description}".strip(), fontsize="medium")
+    figure.suptitle(f"{title_of(store, run)}\n{description}".strip(), fontsize="medium")
     figure.savefig(path, bbox_inches="tight")
 
 
@@ -88,7 +100,7 @@ def _columns(frames: int, shape: float) -> int:
 def _label(panel: Axes, time: float, ticks: int) -> None:
     panel.set_aspect("equal")
     panel.yaxis.set_major_locator(MaxNLocator(ticks, integer=True, min_n_ticks=1))
-    panel.set_title(f"t = {time:g} s", fontsize="medium", loc="left", pad=3)
+    panel.settitle_of(f"t = {time:g} s", fontsize="medium", loc="left", pad=3)
 
 
 def _draw_bend(panel: Axes, bounds: list[float]) -> None:
@@ -116,7 +128,7 @@ def _bend(store: xr.Dataset, run: int) -> list[float]:
     return [swept.get(f"terrain.{end}", terrain[end]) for end in ("start", "end")]
 
 
-def _title(store: xr.Dataset, run: int) -> str:
+def title_of(store: xr.Dataset, run: int) -> str:
     """Name of the scenario, and the run's parameters where it has some."""
     swept = [c.isel(run=run) for name, c in store.coords.items() if c.dims == ("run",) and name != "run"]
     given = ", ".join(

@@ -12,6 +12,7 @@ from pipeline import solver_objects
 from pipeline.elevation_table import ElevationTable
 from pipeline.scenario import Scenario
 from pipeline.settings import GivenDepth, KindOfSide, Settings
+from pipeline.shared_points import SharedPoints
 from pipeline.sweep import Value, combinations, coordinate_names, path_of
 from solver.initial_state import lay
 from solver.terrain import SlopeProfile
@@ -47,7 +48,7 @@ class Prepared:
     scene : the solver's scene; ``terrain`` is ``scene.terrain`` with elevation and horizontal distance.
     times : (nt,) output times, s. threshold : depth above which a cell counts as reached or covered, m.
     stop_at_rest : argument of ``simulate``.
-    volume_asked, volume_laid, volume_lost : m3; the release as written, as laid on the lattice, and the
+    volume_asked, volume_laid, volume_lost : m3; the release as written, as laid on the points, and the
     part of it that lies outside the domain.
     """
 
@@ -84,18 +85,19 @@ def output_times(settings: Settings) -> NDArray[np.float64]:
     return np.array([*(every * np.arange(whole)), end])
 
 
-def build_scene(run: Run) -> Prepared:
-    """Lay the release, build terrain and laws, and give the solver's scene of a run."""
+def build_scene(run: Run, shared: SharedPoints) -> Prepared:
+    """Lay the release, build terrain and laws, and give the solver's scene of a run on the shared points."""
     # the solver's kernels take longer to import than a scenario to check
-    from solver.simulation import Boundaries, Scene, WeightedResidual
+    from solver.operators import key
+    from solver.simulation import Boundaries, Scene
 
     settings = run.settings
-    lattice = solver_objects.lattice(settings)
-    laid = lay([solver_objects.shape(release) for release in settings.releases], lattice)
+    points, scheme = shared.points, solver_objects.scheme(settings.scheme)
+    laid = lay([solver_objects.shape(release) for release in settings.releases], points)
     terrain = solver_objects.slope(settings.terrain, run.table)
     sides = settings.boundaries
     scene = Scene(
-        points=lattice,
+        points=points,
         terrain=terrain,
         depth=laid.depth,
         velocity_x=laid.velocity_x,
@@ -104,7 +106,8 @@ def build_scene(run: Run) -> Prepared:
         earth_pressure=solver_objects.earth_pressure(settings.material),
         gravity=settings.gravity,
         boundaries=Boundaries(_held(sides.x_min), _held(sides.x_max), _held(sides.y_min), _held(sides.y_max)),
-        scheme=WeightedResidual(settings.scheme.cfl, settings.scheme.wet_limit, settings.scheme.rest_share),
+        scheme=scheme,
+        operators=shared.operators.get(key(points, scheme)),
     )
     return Prepared(
         scene=scene,

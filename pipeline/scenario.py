@@ -12,6 +12,7 @@ from typing import Any
 from pipeline import scenario_checks
 from pipeline.elevation_table import ElevationTable
 from pipeline.mistakes import BadInput, Mistake, describe
+from pipeline.point_file import PointFile
 from pipeline.settings import Settings, json_schema
 from pipeline.strict_yaml import parse
 
@@ -26,7 +27,7 @@ class Scenario:
     path, text : the file and what stands in it.
     content : canonical JSON of everything that decides the result (description left out, tables by digest).
     digest : SHA-256 of ``content``, hexadecimal.
-    tables : elevation tables by the name the settings give them.
+    tables : elevation tables by the name the settings give them. points : what a file of points holds.
     warnings : one line each, to be shown and not to be stopped by.
     """
 
@@ -36,6 +37,7 @@ class Scenario:
     content: str
     digest: str
     tables: Mapping[str, ElevationTable]
+    points: PointFile | None = None
     warnings: tuple[str, ...] = ()
 
     @property
@@ -69,10 +71,19 @@ def load(paths: Iterable[str | Path]) -> list[Scenario]:
         checked = scenario_checks.check_document(document, path.parent)
         mistakes += [*document.mistakes, *checked.mistakes]
         if checked.settings is not None:
-            content = _content(checked.settings, checked.tables)
+            content = _content(checked)
             digest = hashlib.sha256(content.encode()).hexdigest()
             scenarios.append(
-                Scenario(checked.settings, path, text, content, digest, checked.tables, checked.warnings)
+                Scenario(
+                    checked.settings,
+                    path,
+                    text,
+                    content,
+                    digest,
+                    checked.tables,
+                    checked.points,
+                    checked.warnings,
+                )
             )
     if mistakes:
         raise BadInput(mistakes)
@@ -103,10 +114,13 @@ def _read(path: Path, mistakes: list[Mistake]) -> str | None:
     return None
 
 
-def _content(settings: Settings, tables: Mapping[str, ElevationTable]) -> str:
-    """Give the canonical JSON of settings and tables; keys stay in order, as that of the sweep matters."""
-    held = settings.model_dump(mode="json", exclude={"description"})
-    return json.dumps({**held, "tables": {name: table.digest for name, table in sorted(tables.items())}})
+def _content(checked: scenario_checks.Checked) -> str:
+    """Give the canonical JSON of settings and files; keys stay in order, as that of the sweep matters."""
+    assert checked.settings is not None
+    held = checked.settings.model_dump(mode="json", exclude={"description"})
+    tables = {name: table.digest for name, table in sorted(checked.tables.items())}
+    files = {} if checked.points is None else {"file": checked.points.digest}
+    return json.dumps({**held, "points": {**held["points"], **files}, "tables": tables})
 
 
 def _leaves(value: Any, key: str = "") -> Iterator[tuple[str, Any]]:

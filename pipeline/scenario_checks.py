@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path as FilePath
-from typing import Any
+from typing import Any, TypeVar
 
-from pipeline import elevation_table, solver_objects
+from pipeline import elevation_table, point_file, solver_objects
 from pipeline.elevation_table import ElevationTable
 from pipeline.mistakes import BadInput, Mistake
+from pipeline.point_file import PointFile
+from pipeline.points_settings import FilePoints
 from pipeline.release_settings import AnyRelease
 from pipeline.schema_errors import Problem, check
+from pipeline.section import Pair
 from pipeline.settings import Settings
 from pipeline.strict_yaml import Document, Path
 from pipeline.sweep_checks import check_sweep
 from pipeline.terrain_settings import Table
-from solver.initial_state import lay
-from solver.lattice import Lattice
+
+T = TypeVar("T")
 
 
 @dataclass
@@ -27,6 +30,7 @@ class Checked:
 
     settings: Settings | None = None
     tables: dict[str, ElevationTable] = field(default_factory=dict)
+    points: PointFile | None = None
     mistakes: list[Mistake] = field(default_factory=list)
     warnings: tuple[str, ...] = ()
 
@@ -49,7 +53,7 @@ def check_document(document: Document, folder: FilePath) -> Checked:
     if mistakes:
         return Checked(mistakes=mistakes)
     warnings = (document.mistake(path, message) for path, message in judge.warnings())
-    return Checked(settings, judge.tables, [], tuple(map(str, warnings)))
+    return Checked(settings, judge.tables, judge.points, [], tuple(map(str, warnings)))
 
 
 class _Judge:
@@ -61,7 +65,8 @@ class _Judge:
         self.mistakes: list[Mistake] = []
         self.lost: dict[Path, tuple[float, float]] = {}
         self.short: dict[Path, float] = {}
-        self.unreadable: dict[str, str] = {}
+        self.points: PointFile | None = None
+        self.files: dict[str, Any] = {}
 
     def check(self, data: Mapping[str, Any]) -> list[Problem]:
         """List all that is wrong with the data of one run."""
@@ -70,12 +75,12 @@ class _Judge:
 
     def problems(self, settings: Settings) -> list[Problem]:
         """List what is wrong with settings that keep to the schema."""
-        problems = self._table(settings)
-        lattice = solver_objects.lattice(settings)
+        problems = self._table(settings) + self._points(settings)
+        extent = solver_objects.extent(settings)
         for i, release in enumerate(settings.releases):
             path: Path = ("release", i) if isinstance(settings.release, tuple) else ("release",)
             bare = release.model_copy(update={"volume": None, "velocity": (0.0, 0.0)})
-            whole, part = _lost(bare, lattice)
+            whole, part = _lost(bare, extent)
             if part >= 1:
                 (x0, x1), (y0, y1) = settings.domain.x, settings.domain.y
                 found = (
@@ -100,40 +105,56 @@ class _Judge:
         ]
         return lost + short
 
+    def _points(self, settings: Settings) -> list[Problem]:
+        """Read the file of a ``file`` layout, once, and list what is wrong with its points."""
+        if not isinstance(settings.points, FilePoints) or self.points is not None:
+            return []
+        path: Path = ("points", "path")
+        file = self._read(settings.points.path, path, point_file.read)
+        if isinstance(file, list):
+            return file
+        self.points = file
+        try:
+            solver_objects.points(settings, file)
+        except ValueError as error:
+            return [Problem(path, f"expected points that fit, found {error}", related=(path, ("domain",)))]
+        return []
+
     def _table(self, settings: Settings) -> list[Problem]:
         """Read the table of a ``table`` profile, once, and list what is wrong with it."""
         terrain = settings.terrain
         if not isinstance(terrain, Table):
             return []
-        name, path = terrain.file, ("terrain", "file")
-        if name not in self.tables and name not in self.unreadable:
+        path: Path = ("terrain", "file")
+        table = self._read(terrain.file, path, elevation_table.read)
+        if isinstance(table, list):
+            return table
+        self.tables[terrain.file] = table
+        length = _length(terrain, table)
+        if settings.domain.x[0] < 0 or settings.domain.x[1] > length:
+            self.short[path] = length
+        return []
+
+    def _read(self, name: str, path: Path, read: Callable[[FilePath], T]) -> T | list[Problem]:
+        """Read a file, once, or list what keeps it from being read; mistakes in it are noted once."""
+        if name not in self.files:
             try:
-                self.tables[name] = elevation_table.read(self.folder / name)
+                self.files[name] = read(self.folder / name)
             except OSError as error:
-                self.unreadable[name] = f"{error.strerror}: {self.folder / name}"
+                found = f"expected a readable file, found {error.strerror}: {self.folder / name}"
+                self.files[name] = [Problem(path, found)]
             except BadInput as error:
                 self.mistakes += error.mistakes
-                self.unreadable[name] = ""
-        if self.unreadable.get(name):
-            return [Problem(path, f"expected a readable file, found {self.unreadable[name]}")]
-        if name in self.tables:
-            length = _length(terrain, self.tables[name])
-            if settings.domain.x[0] < 0 or settings.domain.x[1] > length:
-                self.short[path] = length
-        return []
+                self.files[name] = []
+        found_before: T | list[Problem] = self.files[name]
+        return found_before
 
 
 @lru_cache(maxsize=1024)
-def _lost(release: AnyRelease, lattice: Lattice) -> tuple[float, float]:
+def _lost(release: AnyRelease, extent: tuple[Pair, Pair]) -> tuple[float, float]:
     """Volume of a release, m3, and the part of it outside the domain, 1 where nothing is inside."""
     shape = solver_objects.shape(release)
-    outside = shape.volume_outside(lattice)
-    if outside == 0:
-        return shape.shape_volume, 0.0
-    try:
-        return shape.shape_volume, outside / (lay([shape], lattice).volume + outside)
-    except ValueError:
-        return shape.shape_volume, 1.0
+    return shape.shape_volume, shape.volume_outside(*extent) / shape.shape_volume
 
 
 @lru_cache(maxsize=1024)

@@ -36,6 +36,10 @@ def _title(loc: tuple[str, ...]) -> str | None:
             return "The file"
         case (*_, "given") | (_, "many", _):
             return None
+        case ("points", kind):
+            return f"`points`, layout `{kind}`"
+        case ("points", "graded", *rest):
+            return f"`points`, `{'.'.join(rest)}` of layout `graded`"
         case ("release", "one", kind):
             return f"`release`, shape `{kind}`"
         case ("terrain", kind):

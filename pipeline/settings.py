@@ -8,37 +8,21 @@ from typing import Annotated, Any, Literal, get_args
 from pydantic import BeforeValidator, Discriminator, Field, Tag, model_validator
 
 from pipeline.mistakes import describe
+from pipeline.points_settings import Points, Region
 from pipeline.release_settings import AnyRelease
-from pipeline.section import FrictionAngle, Pair, Positive, Section, check_bounds, key, relation
+from pipeline.section import FrictionAngle, Positive, Section, key, relation
 from pipeline.terrain_settings import Terrain
 
 FieldName = Literal[
     "depth", "velocity_x", "velocity_y", "max_depth", "max_speed", "max_momentum_flux", "arrival_time",
     "deposit_depth",
 ]  # fmt: skip
-MOST_POINTS = 100_000_000
 MOST_FRAMES = 100_000
 FIELDS: tuple[FieldName, ...] = get_args(FieldName)
 
 
-class Domain(Section):
-    """Bounds of the lattice's points."""
-
-    x: Pair = key("first and last point along the bed (arc length)", "m")
-    y: Pair = key("first and last point across the bed", "m")
-
-    @model_validator(mode="after")
-    def _ordered(self) -> Domain:
-        check_bounds("x", self.x)
-        check_bounds("y", self.y)
-        return self
-
-
-class LatticePoints(Section):
-    """Regular points from bound to bound."""
-
-    layout: Literal["lattice"] = key("regular points from bound to bound", default="lattice")
-    spacing: Positive = key("distance between neighbouring points", "m")
+class Domain(Region):
+    """Bounds of the points; a lattice has points on them, and its cells reach half a spacing farther."""
 
 
 class Material(Section):
@@ -167,7 +151,7 @@ Scalar = Annotated[float | str | bool, BeforeValidator(_check_scalar)]
 
 
 class Settings(Section):
-    """A scenario: one or many runs that share a lattice, output times and a store."""
+    """A scenario: one or many runs that share points, output times and a store."""
 
     name: str = key(
         "name of the scenario and of its store: letters, digits, `-`, `_` and `.`, "
@@ -178,8 +162,8 @@ class Settings(Section):
     description: str = key("what the scenario is, in a line", default="")
     gravity: Positive = key("gravity; 1 for the paper's dimensionless cases", "m s-2", 9.81)
     terrain: Terrain = key("shape of the bed")
-    domain: Domain = key("bounds of the lattice")
-    points: LatticePoints = key("layout of the points")
+    domain: Domain = key("bounds of the points")
+    points: Points = key("layout of the points")
     release: OneOrMany = key("what is released, one shape or a list of them")
     material: Material = key("friction and earth pressure")
     boundaries: Boundaries = key("what stands at each side", default=Boundaries())
@@ -194,12 +178,11 @@ class Settings(Section):
 
     @model_validator(mode="after")
     def _countable(self) -> Settings:
-        (x0, x1), (y0, y1), spacing = self.domain.x, self.domain.y, self.points.spacing
-        count = (1 + (x1 - x0) / spacing) * (1 + (y1 - y0) / spacing)
-        if count > MOST_POINTS:
-            raise relation(
-                f"expected at most {MOST_POINTS:,} points, found {count:.3g}", "points.spacing", "domain"
-            )
+        (x0, x1), (y0, y1) = self.domain.x, self.domain.y
+        count, most = self.points.estimate(x1 - x0, y1 - y0), self.points.most
+        if count > most:
+            at = "points.count" if getattr(self.points, "count", None) else "points.spacing"
+            raise relation(f"expected at most {most:,} points, found {count:.3g}", at, "domain")
         return self
 
     @property

@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
-from pipeline import release_settings, terrain_settings
+from typing import TYPE_CHECKING
+
+from pipeline import points_settings, release_settings, terrain_settings
 from pipeline.elevation_table import ElevationTable
-from pipeline.settings import Material, Settings
+from pipeline.point_file import PointFile
+from pipeline.settings import Material, Scheme, Settings
 from solver import release, rheology, terrain
 from solver.lattice import Lattice
+
+if TYPE_CHECKING:
+    # compiled code takes longer to import than a scenario to check
+    from solver.point_cloud import PointCloud
+    from solver.scene import WeightedResidual
 
 _SHAPES: dict[str, type[release.Release]] = {
     "hemisphere": release.Hemisphere,
@@ -17,9 +25,48 @@ _SHAPES: dict[str, type[release.Release]] = {
 }
 
 
-def lattice(settings: Settings) -> Lattice:
-    """Make the lattice of a scenario."""
-    return Lattice(settings.domain.x, settings.domain.y, settings.points.spacing)
+def points(settings: Settings, file: PointFile | None = None) -> Lattice | PointCloud:
+    """Make the points of a scenario; ``file`` is what the file of a ``file`` layout holds.
+
+    Raises
+    ------
+    ValueError
+        If points coincide, lie outside the domain or on one line, or their number cannot be met.
+    """
+    x, y = settings.domain.x, settings.domain.y
+    if isinstance(settings.points, points_settings.LatticePoints):
+        return Lattice(x, y, settings.points.spacing)
+    from solver import point_cloud
+    from solver.point_spacing import Refinement
+
+    match settings.points:
+        case points_settings.PoissonDiscPoints(spacing=None, count=count, seed=seed):
+            assert count is not None
+            return point_cloud.random_points(x, y, count, seed)
+        case points_settings.PoissonDiscPoints(spacing=spacing, seed=seed):
+            assert spacing is not None
+            return point_cloud.graded_points(x, y, spacing, seed=seed)
+        case points_settings.GradedPoints() as graded:
+            regions = [Refinement(r.region.x, r.region.y, r.spacing) for r in graded.refine]
+            return point_cloud.graded_points(x, y, graded.spacing, regions, graded.growth, graded.seed)
+        case points_settings.FilePoints():
+            if file is None:
+                raise ValueError("a file layout needs its file")
+            return point_cloud.given_points(file.points, x, y)
+
+
+def scheme(settings: Scheme) -> WeightedResidual:
+    """Make the scheme."""
+    from solver.scene import WeightedResidual
+
+    return WeightedResidual(**settings.model_dump(exclude={"form"}))
+
+
+def extent(settings: Settings) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Bounds along and across the bed of what the cells cover, m."""
+    if isinstance(settings.points, points_settings.LatticePoints):
+        return Lattice(settings.domain.x, settings.domain.y, settings.points.spacing).extent
+    return settings.domain.x, settings.domain.y
 
 
 def shape(settings: release_settings.AnyRelease) -> release.Release:

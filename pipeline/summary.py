@@ -6,12 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.lattice import Lattice
+from solver.point_cloud import PointCloud
 
 Array = NDArray[np.float64]
 
 
 def summarise(
-    lattice: Lattice,
+    points: Lattice | PointCloud,
     elevation: Array,
     horizontal_distance: Array,
     release_depth: Array,
@@ -27,13 +28,13 @@ def summarise(
 
     Parameters
     ----------
-    lattice : Lattice
-        The points.
-    elevation, horizontal_distance : array, shape (nx,)
-        Profile of the bed at the points along it, m.
-    release_depth, deposit_depth, max_depth : array, shape (ny, nx)
+    points : Lattice or PointCloud
+        The points; the shape of arrays below is theirs.
+    elevation, horizontal_distance : array
+        Of the bed at the points, or of shape (nx,) along those of a lattice, m.
+    release_depth, deposit_depth, max_depth : array
         Depth at the start, in the last state, and the largest over all time steps, m.
-    max_speed : array, shape (ny, nx)
+    max_speed : array
         Largest speed over all time steps, m s-1.
     threshold : float
         Depth above which a cell belongs to the deposit, m.
@@ -44,30 +45,31 @@ def summarise(
         The summaries of ``pipeline.variables``; those of a deposit that is not there are NaN, its area and
         volume 0.
     """
-    x, y = lattice.x_points, lattice.y_points
+    x, y = points.coordinates
+    area = np.broadcast_to(points.cell_area, points.shape)
+    elevation, distance = (np.broadcast_to(a, points.shape) for a in (elevation, horizontal_distance))
     peaks = {"peak_depth": float(np.max(max_depth)), "peak_speed": float(np.max(max_speed))}
     covered = deposit_depth > threshold
-    depth = np.where(covered, deposit_depth, 0.0)
-    volume = float(depth.sum()) * lattice.cell_area
-    extent = {"deposit_area": float(covered.sum()) * lattice.cell_area, "deposit_volume": volume}
-    columns, rows = np.flatnonzero(covered.any(axis=0)), np.flatnonzero(covered.any(axis=1))
-    if not columns.size:
+    cells = np.where(covered, deposit_depth * area, 0.0)
+    volume = float(cells.sum())
+    extent = {"deposit_area": float(area[covered].sum()), "deposit_volume": volume}
+    if not covered.any():
         return extent | peaks
-    tail, toe = columns[0], columns[-1]
+    along, across = x[covered], y[covered]
     extent |= {
-        "front_x": float(x[toe]),
-        "tail_x": float(x[tail]),
-        "deposit_length": float(x[toe] - x[tail]),
-        "deposit_width": float(y[rows[-1]] - y[rows[0]]),
-        "deposit_max_depth": float(depth.max()),
-        "deposit_centroid_x": float((depth.sum(axis=0) * x).sum()) * lattice.cell_area / volume,
+        "front_x": float(along.max()),
+        "tail_x": float(along.min()),
+        "deposit_length": float(along.max() - along.min()),
+        "deposit_width": float(across.max() - across.min()),
+        "deposit_max_depth": float(deposit_depth[covered].max()),
+        "deposit_centroid_x": float((cells * x).sum()) / volume,
     }
-    release = np.flatnonzero((release_depth > 0).any(axis=0))
-    if not release.size:
+    release = release_depth > 0
+    if not release.any():
         return extent | peaks
-    crown = release[np.argmax(elevation[release])]
-    runout = float(horizontal_distance[toe] - horizontal_distance[crown])
-    drop = float(elevation[crown] - elevation[toe])
+    crown, toe = np.argmax(elevation[release]), np.argmax(along)
+    runout = float(distance[covered][toe] - distance[release][crown])
+    drop = float(elevation[release][crown] - elevation[covered][toe])
     reach = {
         "runout_distance": runout,
         "drop_height": drop,

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pipeline import store
+from pipeline import shared_points, store
 from pipeline.runs import Prepared, Run, build_scene
+from pipeline.shared_points import SharedPoints
 from pipeline.summary import summarise
 from pipeline.template import profile_values
 from pipeline.variables import FIELDS, Status, Variable
@@ -19,11 +20,15 @@ Solve = Callable[..., Result]
 
 @dataclass(frozen=True)
 class Job:
-    """Runs of one group of one store, which the task that takes it alone writes."""
+    """Runs of one group of one store, which the task that takes it alone writes.
+
+    shared : points of the runs, or the file of them.
+    """
 
     path: Path
     variables: tuple[Variable, ...]
     runs: tuple[Run, ...]
+    shared: SharedPoints | Path
 
 
 @dataclass(frozen=True)
@@ -59,7 +64,7 @@ def perform(job: Job, solve: Solve = simulate) -> list[Outcome]:
     rows: dict[int, dict[str, Any]] = {}
     outcomes = [Outcome(job.path, run, status) for run, status in finished.items()]
     for run in runs:
-        status, rows[run.index] = _compute(run, solve)
+        status, rows[run.index] = _compute(run, job.shared, solve)
         outcomes.append(Outcome(job.path, run.index, status, rows[run.index].get("failure_reason", "")))
     if rows:
         store.write(job.path, job.variables, rows, {o.run: o.status for o in outcomes if o.run in rows})
@@ -73,10 +78,10 @@ def condemn(job: Job, reason: str) -> list[Outcome]:
     return [Outcome(job.path, run, Status.FAILED, reason) for run in rows]
 
 
-def _compute(run: Run, solve: Solve) -> tuple[Status, dict[str, Any]]:
+def _compute(run: Run, shared: SharedPoints | Path, solve: Solve) -> tuple[Status, dict[str, Any]]:
     """Status and values of one run."""
     try:
-        prepared = build_scene(run)
+        prepared = build_scene(run, shared_points.load(shared))
         result = solve(
             prepared.scene,
             prepared.times,

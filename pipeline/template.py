@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import platform
 from collections.abc import Sequence
+from dataclasses import replace
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
@@ -12,8 +13,11 @@ from numpy.typing import NDArray
 from pydantic import BaseModel
 
 from pipeline.layout import Template, group_size, run_bytes
+from pipeline.points_settings import LatticePoints
 from pipeline.runs import Prepared, Run, build_scene
-from pipeline.variables import COORDINATES, Variable, kept
+from pipeline.shared_points import SharedPoints
+from pipeline.variables import Variable, coordinates, kept
+from solver.lattice import Lattice
 
 if TYPE_CHECKING:
     from pipeline.scenario import Scenario
@@ -25,44 +29,56 @@ PACKAGES = ("lmls", "numpy", "numba", "xarray", "zarr")
 
 def variables(scenario: Scenario) -> tuple[Variable, ...]:
     """Variables on ``run`` of a scenario's store; the profile joins them where the terrain is swept."""
-    return (*profile(scenario), *kept(list(scenario.settings.output.fields)))
+    cloud = not isinstance(scenario.settings.points, LatticePoints)
+    return (*profile(scenario), *kept(list(scenario.settings.output.fields), cloud))
 
 
 def profile(scenario: Scenario) -> tuple[Variable, ...]:
     """Profile variables that differ between runs, with ``run`` as their first dimension."""
     if not any(key.split(".")[0] == "terrain" for key in scenario.settings.sweep):
         return ()
+    cloud = not isinstance(scenario.settings.points, LatticePoints)
     return tuple(
-        Variable(v.name, ("run", *v.dims), v.dtype, v.units, v.long_name, v.fill, v.attributes)
-        for v in COORDINATES
+        replace(v, dims=("run", *v.dims))
+        for v in coordinates(cloud)
         if v.name in ("elevation", "horizontal_distance")
     )
 
 
-def template(scenario: Scenario, runs: Sequence[Run]) -> Template:
-    """Lay out the store of a scenario; the first run stands for the lattice and the cost of all."""
-    prepared = build_scene(runs[0])
-    lattice, times = prepared.scene.points, prepared.times
+def template(scenario: Scenario, runs: Sequence[Run], shared: SharedPoints) -> Template:
+    """Lay out the store of a scenario; the first run stands for the cost of all."""
+    prepared = build_scene(runs[0], shared)
+    points, times = shared.points, prepared.times
     held = variables(scenario)
-    known = profile_values(prepared) | {"time": times, "x": lattice.x_points, "y": lattice.y_points}
-    ny, nx = lattice.shape
+    if isinstance(points, Lattice):
+        known = {"x": points.x_points, "y": points.y_points}
+        sizes = dict(zip(("y", "x"), points.shape, strict=True))
+    else:
+        x, y = points.coordinates
+        known, sizes = {"x": x, "y": y, "area": points.cell_area}, {"point": len(points)}
+    known |= profile_values(prepared) | {"time": times}
     frames = len(times) if any("time" in v.dims for v in held) else 1
     return Template(
         variables=held,
         coordinates=(
-            *((v, known[v.name]) for v in COORDINATES if v.name not in {h.name for h in held}),
+            *(
+                (v, known[v.name])
+                for v in coordinates("point" in sizes)
+                if v.name not in {h.name for h in held}
+            ),
             (Variable("run", ("run",), "int64", "1", "position in the sweep", -1), np.arange(len(runs))),
             *parameters(scenario, runs),
         ),
-        sizes={"run": len(runs), "time": len(times), "y": ny, "x": nx},
-        group=group_size(len(runs), seconds(prepared), run_bytes((frames, ny, nx))),
+        sizes={"run": len(runs), "time": len(times), **sizes},
+        group=group_size(len(runs), seconds(prepared), run_bytes((frames, *points.shape))),
         attributes=attributes(scenario),
     )
 
 
 def profile_values(prepared: Prepared) -> dict[str, NDArray[np.float64]]:
-    """Elevation and horizontal distance at the lattice's points along the bed, shape (nx,), m."""
-    x = prepared.scene.points.x_points
+    """Elevation and horizontal distance at the points of a cloud or along those of a lattice, (nx,), m."""
+    points = prepared.scene.points
+    x = points.x_points if isinstance(points, Lattice) else points.coordinates[0]
     return {
         "elevation": prepared.terrain.elevation(x),
         "horizontal_distance": prepared.terrain.horizontal_distance(x),
@@ -74,7 +90,7 @@ def seconds(prepared: Prepared) -> float:
     scene = prepared.scene
     fall = float(np.ptp(profile_values(prepared)["elevation"])) + float(scene.depth.max())
     speed = float(np.sqrt(2 * scene.gravity * fall))
-    steps = prepared.times[-1] * speed / (scene.scheme.cfl * min(scene.points.dx, scene.points.dy))
+    steps = prepared.times[-1] * speed / (scene.scheme.cfl * float(np.sqrt(np.min(scene.points.cell_area))))
     return float(STAGES * steps * scene.depth.size / CELL_STAGES_PER_SECOND)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import IntEnum
 from typing import Any, Literal
 
@@ -58,7 +58,12 @@ class Variable:
     @property
     def narrowable(self) -> bool:
         """Whether ``output.fields`` may leave it out: every field over the cells may be."""
-        return "x" in self.dims and "run" in self.dims
+        return "run" in self.dims and bool({"x", "point"} & set(self.dims))
+
+    def on_cloud(self) -> Variable:
+        """Give the same on the points of a cloud, which have one dimension."""
+        dims = dict.fromkeys("point" if d in ("x", "y") else d for d in self.dims)
+        return replace(self, dims=tuple(dims))
 
     @property
     def cf_attributes(self) -> dict[str, Any]:
@@ -152,7 +157,15 @@ COORDINATES = (
 )
 
 
-def kept(fields: list[str] | None = None) -> tuple[Variable, ...]:
+AREA = Variable("area", ("point",), "float64", "m2", "area of the point's cell; clouds only")
+
+
+def coordinates(cloud: bool = False) -> tuple[Variable, ...]:
+    """Coordinates that are known beforehand, on a lattice or on a cloud."""
+    return (*(v.on_cloud() for v in COORDINATES), AREA) if cloud else COORDINATES
+
+
+def kept(fields: list[str] | None = None, cloud: bool = False) -> tuple[Variable, ...]:
     """Variables on ``run`` in the order they are written; ``fields`` narrows those over the cells.
 
     ``digest`` and then ``status`` come last.
@@ -166,14 +179,14 @@ def kept(fields: list[str] | None = None) -> tuple[Variable, ...]:
     if fields is not None and (unknown := sorted(set(fields) - names)):
         raise ValueError(f"not a field: {', '.join(unknown)}; there are {', '.join(sorted(names))}")
     chosen = tuple(v for v in FIELDS if fields is None or v.name in fields)
-    return (*chosen, *PER_RUN, DIGEST, STATUS)
+    return (*(v.on_cloud() if cloud else v for v in chosen), *PER_RUN, DIGEST, STATUS)
 
 
 def markdown() -> str:
     """Give the table of variables as it stands in ``docs/store.md``."""
     rows = [
         f"| `{v.name}` | {', '.join(v.dims)} | {v.dtype} | {v.units or '-'} | {v.long_name} |"
-        for v in (*COORDINATES, *kept())
+        for v in (*COORDINATES, AREA, *kept())
     ]
     return "\n".join(["| name | dimensions | type | units | what |", "|---|---|---|---|---|", *rows])
 

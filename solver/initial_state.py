@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from solver.lattice import Lattice
-from solver.point_cloud import PointCloud
 from solver.release import Release
+
+if TYPE_CHECKING:
+    from solver.point_cloud import PointCloud
 
 Array = NDArray[np.float64]
 

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from solver.lattice import Lattice
-from solver.point_cloud import PointCloud
 from solver.release_integrals import NODES, SLIVER, WEIGHTS, box_integral, covered, round_integral
+
+if TYPE_CHECKING:
+    # compiled code takes longer to import than a scenario to check
+    from solver.point_cloud import PointCloud
 
 Array = NDArray[np.float64]
 

@@ -1,0 +1,88 @@
+"""Files of points: CSV with the columns x and y, or NetCDF with variables of these names."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pipeline.mistakes import BadInput, Mistake
+
+COLUMNS = ("x", "y")
+NETCDF = (".nc", ".nc4", ".cdf")
+
+
+@dataclass(frozen=True, eq=False)
+class PointFile:
+    """Coordinates of points, shape (n, 2), m, and the SHA-256 of them."""
+
+    points: NDArray[np.float64]
+    digest: str
+
+
+def read(path: Path) -> PointFile:
+    """Read the points of a file, by its suffix.
+
+    Raises
+    ------
+    BadInput
+        If a column is missing, or a line of a CSV is not numbers.
+    OSError
+        If the file cannot be read.
+    """
+    points = _read_netcdf(path) if path.suffix in NETCDF else _read_csv(path)
+    return PointFile(points, hashlib.sha256(points.tobytes()).hexdigest())
+
+
+def _read_csv(path: Path) -> NDArray[np.float64]:
+    # pandas takes longer to import than a scenario to check
+    import pandas as pd
+
+    try:
+        frame = pd.read_csv(
+            path, skipinitialspace=True, encoding="utf-8-sig", dtype=str, keep_default_na=False
+        )
+    except (pd.errors.ParserError, pd.errors.EmptyDataError, UnicodeDecodeError) as error:
+        found = f"expected a CSV file, found {str(error).strip()}"
+        raise BadInput([Mistake(str(path), 1, 1, "", found)]) from None
+    missing = [name for name in COLUMNS if name not in frame]
+    if missing:
+        raise _missing(path, list(map(str, frame)))
+    numbers = frame[list(COLUMNS)].apply(pd.to_numeric, errors="coerce").to_numpy(np.float64)
+    wrong = np.argwhere(~np.isfinite(numbers))
+    if len(wrong):
+        mistakes = []
+        for row, column in wrong:
+            name = COLUMNS[column]
+            found = f"expected a finite number, found '{frame[name].iloc[row]}'"
+            mistakes.append(Mistake(str(path), int(row) + 2, 1, name, found))
+        raise BadInput(mistakes)
+    return numbers
+
+
+def _read_netcdf(path: Path) -> NDArray[np.float64]:
+    import netCDF4
+
+    with netCDF4.Dataset(path) as data:
+        if any(name not in data.variables for name in COLUMNS):
+            raise _missing(path, list(data.variables))
+        columns = [np.ma.filled(data[name][...].astype(np.float64), np.nan).ravel() for name in COLUMNS]
+    if len(columns[0]) != len(columns[1]):
+        found = f"expected as many x as y, found {len(columns[0])} and {len(columns[1])}"
+        raise BadInput([Mistake(str(path), 1, 1, "", found)])
+    points = np.stack(columns, axis=1)
+    wrong = np.flatnonzero(~np.isfinite(points).all(axis=1))
+    if len(wrong):
+        found = (
+            f"expected finite numbers, found other ones at {len(wrong)} points, the first number {wrong[0]}"
+        )
+        raise BadInput([Mistake(str(path), 1, 1, "", found)])
+    return points
+
+
+def _missing(path: Path, names: list[str]) -> BadInput:
+    found = f"expected the columns x and y, found {', '.join(names)}"
+    return BadInput([Mistake(str(path), 1, 1, "", found)])

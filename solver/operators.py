@@ -1,0 +1,34 @@
+"""What all runs of a scheme on the same points share, made once."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+
+from solver.cloud_operators import CloudOperators
+from solver.cloud_operators import prepare as prepare_cloud
+
+from solver.lattice import Lattice
+from solver.point_cloud import PointCloud
+from solver.scene import WeightedResidual
+
+Operators = CloudOperators
+
+
+def key(points: Lattice | PointCloud, scheme: WeightedResidual) -> Hashable:
+    """Give what the operators of a scheme depend on beside the points; None where it needs none."""
+    if isinstance(points, Lattice):
+        return None
+    return scheme.support, scheme.degree, scheme.weight_shape
+
+
+def prepare(points: Lattice | PointCloud, scheme: WeightedResidual) -> Operators | None:
+    """Make the operators that `solver.scene.Scene` takes for runs of a scheme; None where it needs none.
+
+    Raises
+    ------
+    ValueError
+        If a support cannot carry the basis; the message names the points.
+    """
+    if isinstance(points, Lattice):
+        return None
+    return prepare_cloud(points, scheme.support, scheme.degree, scheme.weight_shape)
