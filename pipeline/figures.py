@@ -100,7 +100,7 @@ def _columns(frames: int, shape: float) -> int:
 def _label(panel: Axes, time: float, ticks: int) -> None:
     panel.set_aspect("equal")
     panel.yaxis.set_major_locator(MaxNLocator(ticks, integer=True, min_n_ticks=1))
-    panel.settitle_of(f"t = {time:g} s", fontsize="medium", loc="left", pad=3)
+    panel.set_title(f"t = {time:g} s", fontsize="medium", loc="left", pad=3)
 
 
 def _draw_bend(panel: Axes, bounds: list[float]) -> None:

@@ -14,7 +14,7 @@ def cell_area(store: xr.Dataset) -> xr.DataArray:
     """Area of the cells, m2: of each point of a cloud, one number on a lattice."""
     if "area" in store:
         return store["area"]
-    spacings = (float(np.ptp(store[axis])) / (store.sizes[axis] - 1) for axis in ("x", "y"))
+    spacings = (float(np.ptp(store[axis].to_numpy())) / (store.sizes[axis] - 1) for axis in ("x", "y"))
     return xr.DataArray(np.prod(list(spacings)))
 
 
@@ -47,7 +47,7 @@ def follow(store: xr.Dataset, threshold: float | None = None) -> xr.Dataset:
     if threshold is None:
         threshold = DEFAULT_THRESHOLD * float(depth.isel(time=0).max())
     body, known = depth > threshold, depth.notnull().any(over)
-    speed = np.hypot(store["velocity_x"], store["velocity_y"])
+    speed = (store["velocity_x"] ** 2 + store["velocity_y"] ** 2) ** 0.5
     x, y = store["x"].where(body), store["y"].where(body)
     volume = (depth.astype(np.float64) * cell_area(store)).sum(over)
     found = {

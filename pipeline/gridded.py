@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
+from scipy.interpolate import make_interp_spline
 
 from pipeline.variables import COORDINATES
 
@@ -64,17 +65,11 @@ def gridded(store: xr.Dataset, spacing: float) -> xr.Dataset:
     points = {"x": grid.lattice.x_points, "y": grid.lattice.y_points}
     known = {v.name: v.cf_attributes for v in COORDINATES}
     result = result.assign_coords({name: (name, at, known[name]) for name, at in points.items()})
+    along, first = np.unique(store["x"].to_numpy(), return_index=True)
     for name in ("elevation", "horizontal_distance"):
-        profile = store[name]
-        order = np.argsort(store["x"].to_numpy())
-        result[name] = xr.apply_ufunc(
-            lambda values, order=order: np.apply_along_axis(
-                lambda v: np.interp(points["x"], store["x"].to_numpy()[order], v[order]), -1, values
-            ),
-            profile,
-            input_core_dims=[["point"]],
-            output_core_dims=[["x"]],
-        ).assign_attrs(profile.attrs)
+        line = make_interp_spline(along, store[name].to_numpy()[..., first], k=1, axis=-1)
+        dims = (*store[name].dims[:-1], "x")
+        result[name] = (dims, line(points["x"]), store[name].attrs)
     return result.set_coords(["elevation", "horizontal_distance"])
 
 

@@ -51,7 +51,9 @@ def _read_csv(path: Path) -> NDArray[np.float64]:
     missing = [name for name in COLUMNS if name not in frame]
     if missing:
         raise _missing(path, list(map(str, frame)))
-    numbers = frame[list(COLUMNS)].apply(pd.to_numeric, errors="coerce").to_numpy(np.float64)
+    numbers: NDArray[np.float64] = (
+        frame[list(COLUMNS)].apply(pd.to_numeric, errors="coerce").to_numpy(np.float64)
+    )
     wrong = np.argwhere(~np.isfinite(numbers))
     if len(wrong):
         mistakes = []

@@ -30,7 +30,7 @@ class SharedPoints:
     """
 
     points: Lattice | PointCloud
-    operators: dict[Hashable, Operators]
+    operators: dict[Hashable, Operators | None]
 
 
 def share(scenario: Scenario, runs: Iterable[Run]) -> SharedPoints:
@@ -43,7 +43,7 @@ def share(scenario: Scenario, runs: Iterable[Run]) -> SharedPoints:
     """
     from solver.operators import key, prepare
 
-    operators: dict[Hashable, Operators] = {}
+    operators: dict[Hashable, Operators | None] = {}
     try:
         points = solver_objects.points(scenario.settings, scenario.points)
         for run in runs:

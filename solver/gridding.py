@@ -35,7 +35,7 @@ class Gridding:
         """Approximate values (n,) at the lattice's points, within the range of each support: (ny, nx)."""
         near = values[self.neighbours]
         found = np.clip(np.einsum("ms,ms->m", self.value, near), near.min(axis=1), near.max(axis=1))
-        return found.reshape(self.lattice.shape)
+        return np.asarray(found.reshape(self.lattice.shape))
 
     def keeping_integral(self, depth: Array) -> Array:
         """Approximate a depth (n,), m, scaled so that the lattice holds as much: (ny, nx)."""
@@ -50,7 +50,8 @@ class Gridding:
         mean = np.divide((weight * near).sum(axis=1), total, out=np.zeros_like(total), where=total > 0)
         # a missing depth makes a missing velocity
         mean[np.isnan(total)] = np.nan
-        return np.clip(mean, near.min(axis=1), near.max(axis=1)).reshape(self.lattice.shape)
+        limited = np.clip(mean, near.min(axis=1), near.max(axis=1))
+        return np.asarray(limited.reshape(self.lattice.shape))
 
 
 def gridding(cloud: PointCloud, lattice: Lattice) -> Gridding:

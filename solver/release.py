@@ -112,7 +112,7 @@ class Round(Release):
 
     def _between(self, start: Array, end: Array) -> Array:
         centre, axes = np.array(self.centre), np.array(self.half_axes)
-        return axes.prod() * round_integral(self._mean, (start - centre) / axes, (end - centre) / axes)
+        return float(axes.prod()) * round_integral(self._mean, (start - centre) / axes, (end - centre) / axes)
 
     def _lattice_averages(self, lattice: Lattice) -> Array:
         """Depth averaged over each control volume by Gauss-Legendre quadrature within the base, (ny, nx), m.

@@ -52,7 +52,8 @@ class ControlVolumes:
         """Add up around each cell what its edges have, as `edges`, (e,); the sum has shape (n,)."""
         n, inner = len(self.area), len(self.left)
         cells = np.concatenate([self.left, self.side_cell])
-        return np.bincount(cells, values, n) - np.bincount(self.right, values[:inner], n)
+        total: Array = np.bincount(cells, values, n).astype(np.float64)
+        return total - np.bincount(self.right, values[:inner], n)
 
 
 # outward unit normals of the sides x_min, x_max, y_min, y_max

@@ -5,6 +5,7 @@ import pytest
 
 from pipeline.runs import build_scene, expand, output_times
 from pipeline.scenario import load
+from pipeline.shared_points import share
 from pipeline.sweep import coordinate_names
 from solver.rheology import Coulomb, Isotropic, MohrCoulomb, Voellmy
 from solver.terrain import Bend, Segments
@@ -12,9 +13,26 @@ from solver.terrain_table import Table
 
 
 @pytest.fixture
-def runs(scenario_file):
+def scenario(scenario_file):
     def make(*replace, more=""):
-        return expand(load([scenario_file(replace=replace or ("", ""), more=more)])[0])
+        return load([scenario_file(replace=replace or ("", ""), more=more)])[0]
+
+    return make
+
+
+@pytest.fixture
+def runs(scenario):
+    return lambda *replace, more="": expand(scenario(*replace, more=more))
+
+
+@pytest.fixture
+def built(scenario):
+    """Build the scene of a scenario's first run."""
+
+    def make(*replace, more=""):
+        loaded = scenario(*replace, more=more)
+        runs = expand(loaded)
+        return build_scene(runs[0], share(loaded, runs))
 
     return make
 
@@ -78,10 +96,9 @@ def test_output_times_run_from_zero_to_the_end(runs, time, expected):
     assert times[-1] == run.settings.time.end
 
 
-def test_a_scene_holds_what_its_settings_say(runs):
-    (run,) = runs(more="gravity: 2.5\nboundaries: {x_min: wall, x_max: {depth: 0.3}, y_min: no-slip}\n"
-                  "scheme: {cfl: 0.5, wet_limit: 1e-3}\noutput: {threshold: 0.02}\n")  # fmt: skip
-    made = build_scene(run)
+def test_a_scene_holds_what_its_settings_say(built):
+    made = built(more="gravity: 2.5\nboundaries: {x_min: wall, x_max: {depth: 0.3}, y_min: no-slip}\n"
+                 "scheme: {cfl: 0.5, wet_limit: 1e-3}\noutput: {threshold: 0.02}\n")  # fmt: skip
     scene = made.scene
     assert scene.points.shape == scene.depth.shape == (9, 21)
     assert (scene.gravity, scene.scheme.cfl, scene.scheme.wet_limit) == (2.5, 0.5, 1e-3)
@@ -96,8 +113,8 @@ def test_a_scene_holds_what_its_settings_say(runs):
     assert made.volume_laid == pytest.approx(2.0)
 
 
-def test_the_threshold_is_a_hundredth_of_the_largest_release_depth(runs):
-    assert build_scene(runs()[0]).threshold == pytest.approx(0.005)
+def test_the_threshold_is_a_hundredth_of_the_largest_release_depth(built):
+    assert built().threshold == pytest.approx(0.005)
 
 
 @pytest.mark.parametrize(
@@ -111,8 +128,8 @@ def test_the_threshold_is_a_hundredth_of_the_largest_release_depth(runs):
         ),
     ],
 )
-def test_a_material_gives_its_laws(runs, material, friction, pressure):
-    scene = build_scene(runs("{bed_friction: 25, earth_pressure: isotropic}", material)[0]).scene
+def test_a_material_gives_its_laws(built, material, friction, pressure):
+    scene = built("{bed_friction: 25, earth_pressure: isotropic}", material).scene
     assert (scene.friction, scene.earth_pressure) == (friction, pressure)
 
 
@@ -125,8 +142,8 @@ def test_a_material_gives_its_laws(runs, material, friction, pressure):
          Segments((0, 5), (30, 10), 2)),
     ],
 )  # fmt: skip
-def test_a_terrain_gives_its_profile(runs, settings, terrain):
-    assert build_scene(runs("{profile: plane, angle: 30}", settings)[0]).terrain == terrain
+def test_a_terrain_gives_its_profile(built, settings, terrain):
+    assert built("{profile: plane, angle: 30}", settings).terrain == terrain
 
 
 def test_runs_over_tables_carry_each_its_own_and_pickle(scenario_file, tmp_path):
@@ -136,17 +153,17 @@ def test_runs_over_tables_carry_each_its_own_and_pickle(scenario_file, tmp_path)
         replace=("{profile: plane, angle: 30}", "{profile: table, file: low.csv, smoothing: 1}"),
         more="sweep: {terrain.file: [low.csv, high.csv]}\n",
     )
-    made = pickle.loads(pickle.dumps(expand(load([path])[0])))
+    loaded = load([path])[0]
+    made = pickle.loads(pickle.dumps(expand(loaded)))
     assert [run.parameters["file"] for run in made] == ["low.csv", "high.csv"]
-    terrains = [build_scene(run).terrain for run in made]
+    terrains = [build_scene(run, share(loaded, made)).terrain for run in made]
     assert all(isinstance(terrain, Table) for terrain in terrains)
     assert [float(terrain.elevation(0.0)) for terrain in terrains] == [1, 4]
 
 
-def test_releases_of_a_list_add_up(runs):
+def test_releases_of_a_list_add_up(built):
     box, cap = (
         "{shape: box, x: [1, 3], y: [-1, 1], height: 0.5}",
         "{shape: cap, centre: [6, 0], radius: 1, height: 1}",
     )
-    (run,) = runs(box, f"[{box}, {cap}]")
-    assert build_scene(run).volume_asked == pytest.approx(2 + 2 / 3 * np.pi)
+    assert built(box, f"[{box}, {cap}]").volume_asked == pytest.approx(2 + 2 / 3 * np.pi)
