@@ -6,7 +6,7 @@ import math
 from typing import NamedTuple
 
 from solver.activity import HOLDS, Material, Status
-from solver.boundary import DEPTH, Fields, Sides
+from solver.boundary import DEPTH, NO_SLIP, WALL, Fields, Sides
 from solver.cloud_faces import Faces, fill_ghosts_beyond_faces, slopes_at
 from solver.compiled import Array, Indices, kernel
 
@@ -37,13 +37,20 @@ class Stepped(NamedTuple):
 
 @kernel()
 def classify_cells(
-    now: Fields, slopes: Array, status: Status, bed: CloudBed, material: Material, area: Array, faces: Faces
+    now: Fields,
+    slopes: Array,
+    status: Status,
+    bed: CloudBed,
+    material: Material,
+    sides: Sides,
+    area: Array,
+    faces: Faces,
 ) -> float:
     """Set earth pressure and stillness of all cells; return the largest wave rate of a wet one, s-1.
 
     A cell is still if it is dry, or if it is at rest with ``|(beta_x h_x - g sin xi, beta_y h_y)|`` at most
     ``g cos xi tan delta`` at each of its faces, with the one-sided difference to the cell beyond and the
-    gradient along the face.
+    gradient along the face. A wall holds what leans on it, whatever that is.
     """
     h, u, v = now
     x_a, x_p, y_aa, y_ap, y_pa, y_pp = material.pressure
@@ -64,7 +71,8 @@ def classify_cells(
         for m in range(faces.first[i], faces.first[i + 1]):
             f, l_x, l_y = faces.face[m], faces.spoke[m, 1], faces.spoke[m, 2]
             rate += abs(l_x * u[i] + l_y * v[i]) + math.sqrt((b_x * l_x * l_x + b_y * l_y * l_y) * h[i])
-            if held:
+            walled = f >= faces.inner and sides.kind[faces.side[f]] in (WALL, NO_SLIP)
+            if held and not walled:
                 sign, j = (1.0, faces.right[f]) if faces.spoke[m, 0] < 0.0 else (-1.0, faces.left[f])
                 d_x, d_y = sign * faces.geometry[f, 2], sign * faces.geometry[f, 3]
                 more = (h[j] - h[i] - slopes[i, 0] * d_x - slopes[i, 1] * d_y) / (d_x * d_x + d_y * d_y)
@@ -111,7 +119,7 @@ def classify_cloud(
     h = now.h
     dry, n = material.dry, len(area)
     left, right, inner = faces.left, faces.right, faces.inner
-    fill_ghosts_beyond_faces(now, faces, sides)
+    fill_ghosts_beyond_faces(now, status.beta_x, faces, sides)
     for i in range(n):
         ring[i] = 3 if h[i] > dry else 0
     for f in range(inner, len(left)):
@@ -131,12 +139,19 @@ def classify_cloud(
             lists[2, count] = i
             count += 1
     slopes_at(now, lists[2, :count], gradient.neighbours, gradient.along, gradient.across, dry, slopes)
-    fastest = classify_cells(now, slopes, status, bed, material, area, faces)
+    fastest = classify_cells(now, slopes, status, bed, material, sides, area, faces)
     for f in range(inner, len(left)):
         i, ghost = left[f], right[f]
-        drives = sides.kind[faces.side[f]] == DEPTH and h[ghost] > dry
-        status.still[ghost] = 0.0 if drives else status.still[i]
-        status.beta_x[ghost], status.beta_y[ghost] = status.beta_x[i], status.beta_y[i]
+        b_x, b_y = status.beta_x[i], status.beta_y[i]
+        status.beta_x[ghost], status.beta_y[ghost], status.still[ghost] = b_x, b_y, status.still[i]
+        if sides.kind[faces.side[f]] == DEPTH and h[ghost] > dry:
+            n_x, n_y = faces.geometry[f, 0], faces.geometry[f, 1]
+            way = faces.geometry[f, 2] * n_x + faces.geometry[f, 3] * n_y
+            b_n = b_x * n_x * n_x + b_y * n_y * n_y
+            push = abs(b_n * (h[ghost] - h[i]) / way - n_x * bed.along[i])
+            if push > bed.normal[i] * material.tangent * HOLDS:
+                status.still[ghost] = 0.0
+                fastest = max(fastest, 2.0 * math.sqrt(b_n * h[ghost]) * faces.geometry[f, 10] / area[i])
     ring[:] = 0
     for f in range(len(left)):
         if status.still[left[f]] == 0.0 or status.still[right[f]] == 0.0:
@@ -157,3 +172,19 @@ def classify_cloud(
             lists[2, sloped] = i
             sloped += 1
     return fastest, cells, stepped_faces, sloped
+
+
+@kernel()
+def moving_volume_exceeds(
+    h: Array, still: Array, area: Array, sides: Sides, faces: Faces, volume: float
+) -> bool:
+    """Whether cells that are not still hold more than a volume, m3, or a given depth drives a side."""
+    for i in range(len(area)):
+        if still[i] == 0.0:
+            volume -= h[i] * area[i]
+            if volume < 0.0:
+                return True
+    for f in range(faces.inner, len(faces.left)):
+        if sides.kind[faces.side[f]] == DEPTH and still[faces.right[f]] == 0.0:
+            return True
+    return False

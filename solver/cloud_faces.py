@@ -103,12 +103,19 @@ def connect(volumes: ControlVolumes) -> Faces:
 
 
 @kernel()
-def fill_ghosts_beyond_faces(now: Fields, faces: Faces, sides: Sides) -> None:
-    """Fill the ghosts; WALL mirrors the normal, NO_SLIP both velocities, DEPTH gives the depth outside."""
+def fill_ghosts_beyond_faces(now: Fields, beta_x: Array, faces: Faces, sides: Sides) -> None:
+    """Fill the ghosts; WALL mirrors the normal, NO_SLIP both velocities, DEPTH gives the depth outside.
+
+    Beyond a wall that leans they continue the least slope of depth that gravity needs, as
+    `solver.boundary.ghosts_beyond`. beta_x : g cos(xi) K_x (eq. 7), m s-2, of the cells.
+    """
     h, u, v = now
     for f in range(faces.inner, len(faces.left)):
         i, ghost, kind = faces.left[f], faces.right[f], sides.kind[faces.side[f]]
-        h[ghost] = sides.depth[faces.side[f]] if kind == DEPTH else h[i]
+        if kind in (WALL, NO_SLIP):
+            h[ghost] = max(0.0, h[i] + faces.geometry[f, 2] * sides.lean[faces.side[f]] / beta_x[i])
+        else:
+            h[ghost] = sides.depth[faces.side[f]] if kind == DEPTH else h[i]
         along = faces.side[f] < 2
         u[ghost] = -u[i] if kind == NO_SLIP or (kind == WALL and along) else u[i]
         v[ghost] = -v[i] if kind == NO_SLIP or (kind == WALL and not along) else v[i]
@@ -228,7 +235,7 @@ def reconstruct(values: Gathered, side: int, count: int, dry: float, h: Array, n
 
     Along the way to the cell beyond it is the reconstruction on a lattice, with its limiter, its minmod where
     the flow is being stopped and its rule at fronts; the rest follows the gradient. Depth stays within
-    that of the support.
+    that of the support, and below twice the mean, as it does on a lattice.
 
     h, n, t : (CHUNK,) arrays
         Filled.
@@ -247,7 +254,8 @@ def reconstruct(values: Gathered, side: int, count: int, dry: float, h: Array, n
         depth = values.h[side, k_] + limited_step(values.h_gap[side, k_], step, part, steepness)
         depth += values.h_off[side, k_]
         depth = depth if depth > values.low[side, k_] else values.low[side, k_]
-        depth = depth if depth < values.high[side, k_] else values.high[side, k_]
+        most = min(values.high[side, k_], 2.0 * values.h[side, k_])
+        depth = depth if depth < most else most
         upstream = values.h[other, k_] - 2.0 * values.h_gap[side, k_]
         hidden = (values.h[other, k_] <= dry) & (values.h[side, k_] < FRONT * upstream)
         h[k_] = 0.0 if hidden else depth

@@ -136,8 +136,10 @@ def restrict_faces(
             continue
         if sides.kind[side] == OPEN and chunk.mass[k] < 0.0:
             chunk.mass[k] = chunk.normal[k] = chunk.tangential[k] = 0.0
+        elif sides.kind[side] == WALL:
+            chunk.mass[k] = chunk.tangential[k] = 0.0
         elif sides.kind[side] == NO_SLIP:
-            h = values.h[0, k]
+            h, chunk.mass[k] = values.h[0, k], 0.0
             chunk.tangential[k] = (abs(values.n[0, k]) + c[k]) * h * values.t[0, k]
 
 
@@ -173,7 +175,7 @@ def cloud_stage(
     dry = material.dry
     fluxes, loss, keep = buffers.fluxes, buffers.loss, buffers.keep
     if not sloped:
-        fill_ghosts_beyond_faces(now, faces, sides)
+        fill_ghosts_beyond_faces(now, status.beta_x, faces, sides)
         slopes_at(
             now, stepped.sloped, gradient.neighbours, gradient.along, gradient.across, dry, buffers.slopes
         )
@@ -197,9 +199,9 @@ def cloud_stage(
             break
         leaving = fluxes[f, 0] * faces.geometry[f, 10] * share * dt
         if leaving > 0.0:
-            ledger[1] += leaving
+            ledger[faces.side[f], 1] += leaving
         else:
-            ledger[0] -= leaving
+            ledger[faces.side[f], 0] -= leaving
     update_cells(stepped.cells, start, now, out, status, bed, material, area, faces, part, dt, fluxes)
 
 

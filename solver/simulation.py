@@ -10,6 +10,7 @@ import numpy as np
 
 from solver import time_stepping
 from solver.boundary import OPEN
+from solver.cloud_simulation import CloudRun
 from solver.compiled import Array
 from solver.lattice import Lattice
 from solver.lattice_run import LatticeRun
@@ -68,9 +69,10 @@ class Ledger:
 class Result:
     """What a run gives; arrays are float64, a frame never computed is NaN.
 
-    times : (nt,) the frames asked for, s. depth (m), velocity_x, velocity_y (m s-1) : (nt, ny, nx).
-    max_depth (m), max_speed (m s-1), max_momentum_flux (h |u|^2, m3 s-2), arrival_time (s, NaN where not
-    reached) : (ny, nx), over all time steps. deposit_depth : (ny, nx), the last state computed, m.
+    times : (nt,) the frames asked for, s. depth (m), velocity_x, velocity_y (m s-1) : (nt, ny, nx) on a
+    lattice, (nt, n) on a cloud. max_depth (m), max_speed (m s-1), max_momentum_flux (h |u|^2, m3 s-2),
+    arrival_time (s, NaN where not reached) : (ny, nx) or (n,), over all time steps. deposit_depth : of the
+    same shape, the last state computed, m.
     time : reached, s. rest_time : s, NaN if still moving. steps : time steps taken.
     cell_stages : cells updated, summed over stages. wall_time, cpu_time : s, of the time loop.
     """
@@ -123,14 +125,15 @@ def simulate(
     Raises
     ------
     ValueError
-        If times do not increase, an array has a wrong shape, a negative depth or a value not finite, or a
-        side is neither a kind nor a depth.
+        If times do not increase, an array has a wrong shape, a negative depth or a value not finite, a
+        side is neither a kind nor a depth, or operators are those of another cloud or scheme.
     """
     frames = np.asarray(times, dtype=np.float64)
     increasing = frames.ndim == 1 and len(frames) and frames[0] >= 0 and (np.diff(frames) > 0).all()
     if not increasing or not np.isfinite(frames).all():
         raise ValueError("times must be one or more increasing finite numbers, the first at least 0")
-    run: Run = LatticeRun(scene, frames[-1], arrival_depth)
+    kind = LatticeRun if isinstance(scene.points, Lattice) else CloudRun
+    run: Run = kind(scene, frames[-1], arrival_depth)
     shape = (len(frames), *scene.points.shape)
     depth, velocity_x, velocity_y = np.full((3, *shape), np.nan)
     rest_time, failure = np.nan, None

@@ -98,6 +98,29 @@ def record_maxima(
 
 
 @kernel()
+def step_length(rate: float, cfl: float, remaining: float, end: float) -> float:
+    """Length of the next step, s, by the largest wave rate (s-1); 0 where steps have collapsed.
+
+    The last two steps before a target are of equal length, so that no sliver of a step is left.
+    """
+    dt = cfl / rate if rate > 0.0 else remaining
+    if dt < SHORTEST_STEP * end:
+        return 0.0
+    if dt >= remaining:
+        return remaining
+    return 0.5 * remaining if 2.0 * dt > remaining else dt
+
+
+@kernel()
+def share_of_step(parts: tuple[float, ...], k: int) -> float:
+    """Weight of the k-th stage's fluxes in the whole step."""
+    share = 1.0
+    for n in range(k, len(parts)):
+        share *= parts[n]
+    return share
+
+
+@kernel()
 def advance(
     now: Fields,
     first_stage: Fields,
@@ -119,10 +142,7 @@ def advance(
     record: Record,
     progress: Progress,
 ) -> int:
-    """Step until ``target`` (s) or until at most ``rest_volume`` (m3) moves; return why it stopped.
-
-    The last two steps before the target are of equal length, so that no sliver of a step is left.
-    """
+    """Step until ``target`` (s) or until at most ``rest_volume`` (m3) moves; return why it stopped."""
     stages = len(parts)
     while progress.time[0] < target:
         rate = classify(now, status, bed, material, sides, grid, spans)
@@ -132,20 +152,13 @@ def advance(
         if progress.steps[0] >= max_steps:
             return OUT_OF_STEPS
         remaining = target - progress.time[0]
-        dt = cfl / rate if rate > 0.0 else remaining
-        if dt < SHORTEST_STEP * end:
+        dt = step_length(rate, cfl, remaining, end)
+        if dt == 0.0:
             return COLLAPSED
-        if dt >= remaining:
-            dt = remaining
-        elif 2.0 * dt > remaining:
-            dt = 0.5 * remaining
         copy_surroundings(now, first_stage, spans.stepped, grid, first, last)
         copy_surroundings(now, second_stage, spans.stepped, grid, first, last)
         source = now
         for k in range(stages):
-            share = 1.0
-            for n in range(k, stages):
-                share *= parts[n]
             out = now if k == stages - 1 else (first_stage if k % 2 == 0 else second_stage)
             stage(
                 now,
@@ -160,7 +173,7 @@ def advance(
                 first,
                 last,
                 parts[k],
-                share,
+                share_of_step(parts, k),
                 dt,
                 buffers,
                 progress.ledger,
