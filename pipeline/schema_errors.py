@@ -109,6 +109,8 @@ def _explain(error: ErrorDetails, data: Mapping[str, Any]) -> Problem:
 
 _EXPECTED: dict[str, Callable[[Mapping[str, Any]], str]] = {
     "float_type": lambda _: "a number",
+    "int_type": lambda _: "a whole number",
+    "int_from_float": lambda _: "a whole number",
     "bool_type": lambda _: "true or false",
     "string_type": lambda _: "text",
     "tuple_type": lambda _: "a list",

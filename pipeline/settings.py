@@ -10,6 +10,7 @@ from pydantic import BeforeValidator, Discriminator, Field, Tag, model_validator
 from pipeline.mistakes import describe
 from pipeline.points_settings import Points, Region
 from pipeline.release_settings import AnyRelease
+from pipeline.scheme_settings import Scheme, WeightedResidual
 from pipeline.section import FrictionAngle, Positive, Section, key, relation
 from pipeline.terrain_settings import Terrain
 
@@ -84,20 +85,6 @@ class Boundaries(Section):
     y_max: Side = key("side of highest y, likewise", default="open")
 
 
-class Scheme(Section):
-    """Numerical choices."""
-
-    form: Literal["weighted-residual"] = key("the conservative form", default="weighted-residual")
-    cfl: Annotated[float, Field(gt=0, le=1)] = key("Courant number of the time step", default=0.9)
-    wet_limit: Annotated[float, Field(gt=0, lt=1)] = key(
-        "depth up to which a cell counts as dry and does not move, as part of the largest initial depth",
-        default=1e-4,
-    )
-    rest_share: Annotated[float, Field(ge=0, lt=1)] = key(
-        "share of the released volume that may still move in a run that counts as at rest", default=1e-4
-    )
-
-
 class Time(Section):
     """How long, and how often frames are kept."""
 
@@ -147,7 +134,7 @@ def _check_scalar(value: Any) -> Any:
     return value
 
 
-Scalar = Annotated[float | str | bool, BeforeValidator(_check_scalar)]
+Scalar = Annotated[int | float | str | bool, BeforeValidator(_check_scalar)]
 
 
 class Settings(Section):
@@ -167,7 +154,7 @@ class Settings(Section):
     release: OneOrMany = key("what is released, one shape or a list of them")
     material: Material = key("friction and earth pressure")
     boundaries: Boundaries = key("what stands at each side", default=Boundaries())
-    scheme: Scheme = key("numerical choices", default=Scheme())
+    scheme: Scheme = key("numerical choices", default=WeightedResidual())
     time: Time = key("duration and frames")
     output: Output = key("what is kept", default=Output())
     sweep: dict[str, Annotated[tuple[Scalar, ...], Field(min_length=1)]] = key(

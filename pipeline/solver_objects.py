@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 from pipeline import points_settings, release_settings, terrain_settings
 from pipeline.elevation_table import ElevationTable
 from pipeline.point_file import PointFile
-from pipeline.settings import Material, Scheme, Settings
+from pipeline.scheme_settings import Scheme
+from pipeline.settings import Material, Settings
 from solver import release, rheology, terrain
 from solver.lattice import Lattice
 

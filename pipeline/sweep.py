@@ -14,7 +14,7 @@ SWEEPABLE = ("gravity", "terrain", "release", "material", "boundaries", "scheme"
 MOST_RUNS = 100_000
 _TAKEN = {"run", "scenario", *(variable.name for variable in (*COORDINATES, *kept()))}
 
-Value = float | str | bool
+Value = int | float | str | bool
 
 
 def path_of(key: str, data: Mapping[str, Any]) -> Path | None:

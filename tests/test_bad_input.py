@@ -144,7 +144,7 @@ def messages(tmp_path, *texts):
         pytest.param(
             "layout: lattice",
             "layout: scatter",
-            "4:18: points.layout: expected one of lattice, found 'scatter'",
+            "4:18: points.layout: expected one of lattice, poisson-disc, graded, file, found 'scatter'",
             id="layout",
         ),
         pytest.param(

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from pydantic import BaseModel, ValidationError
 
-from pipeline import scenario_reference
+from pipeline import scenario_reference, solver_objects
 from pipeline.elevation_table import read
 from pipeline.scenario import differences, json_schema, load
 from pipeline.settings import Settings
@@ -48,11 +48,7 @@ def test_defaults_are_filled_in(scenario_file):
 
 def test_the_defaults_of_the_scheme_are_those_of_the_solver(scenario_file):
     scheme = load([scenario_file()])[0].settings.scheme
-    assert (scheme.cfl, scheme.wet_limit, scheme.rest_share) == (
-        WeightedResidual().cfl,
-        WeightedResidual().wet_limit,
-        WeightedResidual().rest_share,
-    )
+    assert solver_objects.scheme(scheme) == WeightedResidual()
 
 
 def test_settings_are_frozen(scenario_file):
