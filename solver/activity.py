@@ -6,6 +6,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from solver.boundary import DEPTH, GHOSTS, LANES, Fields, Grid, Sides, fill_ghosts
 from solver.compiled import Array, Indices, kernel
@@ -244,6 +245,19 @@ def spread(spans: Spans, still: Array, grid: Grid) -> tuple[int, int, int]:
                 lo, hi = min(lo, spans.wet[0, j]), max(hi, spans.wet[1, j])
             spans.wet[0, j], spans.wet[1, j] = lo, hi
     return first, last, cells
+
+
+@kernel()
+def comes_to(spans: Indices, grid: Grid, sides: NDArray[np.bool_], first: int, last: int) -> bool:
+    """Whether the spans of rows ``first`` to ``last`` reach an outermost cell of one of the chosen sides."""
+    if (sides[2] and first <= GHOSTS) or (sides[3] and last >= grid.rows - GHOSTS - 1):
+        return True
+    for j in range(first, last + 1):
+        if spans[0, j] < spans[1, j] and (
+            (sides[0] and spans[0, j] <= GHOSTS) or (sides[1] and spans[1, j] >= grid.stride - GHOSTS)
+        ):
+            return True
+    return False
 
 
 @kernel()

@@ -123,6 +123,11 @@ class CloudRun:
         return float(self.state[0] @ self.area)
 
     @property
+    def maxima(self) -> Record:
+        """Maxima over the steps, arrays of shape (n,)."""
+        return self.record
+
+    @property
     def place(self) -> tuple[float, float]:
         """Where a value was not finite, x and y in m; NaN if none was."""
         i = self.progress.place[0]

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
+from numpy.typing import NDArray
 
 from solver import time_stepping
 from solver.activity import Bed, Spans, Status
-from solver.boundary import GHOSTS, LANES, Fields, Grid
+from solver.boundary import DEPTH, GHOSTS, LANES, OPEN, Fields, Grid, Sides
 from solver.compiled import Array
 from solver.lattice import Lattice
 from solver.reconstruction import FaceValues
@@ -17,6 +20,9 @@ from solver.scene import Scene
 from solver.time_stepping import Progress, Record, record_maxima
 from solver.weighted_residual import RING, Buffers
 
+# Rows or columns that a window grows by at least.
+LEAST_GROWTH = 16
+
 
 def roomy(size: int, values: Array | None = None) -> Array:
     """Flat array of zeros or of values, with room behind it that a whole vector may read and write."""
@@ -26,10 +32,53 @@ def roomy(size: int, values: Array | None = None) -> Array:
     return array
 
 
-class LatticeRun:
-    """The arrays of one run, padded by ghost cells."""
+class Window(NamedTuple):
+    """The part of a lattice that a run has arrays of: rows and columns, half-open."""
 
-    def __init__(self, scene: Scene, end: float, arrival_depth: float) -> None:
+    south: int
+    north: int
+    west: int
+    east: int
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Number of rows and columns."""
+        return self.north - self.south, self.east - self.west
+
+    @property
+    def cut(self) -> tuple[slice, slice]:
+        """The window as slices of an array of the lattice."""
+        return slice(self.south, self.north), slice(self.west, self.east)
+
+    def grown(self, by: tuple[int, int, int, int], shape: tuple[int, int]) -> Window:
+        """Move the sides outward by so many rows and columns, within a lattice."""
+        south, north, west, east = by
+        return Window(
+            max(self.south - south, 0),
+            min(self.north + north, shape[0]),
+            max(self.west - west, 0),
+            min(self.east + east, shape[1]),
+        )
+
+
+class LatticeRun:
+    """The arrays of one run, padded by ghost cells, on the part of the lattice that the flow has come near.
+
+    Cells outside are dry, and nothing is computed there: results are the same to the last bit.
+
+    Parameters
+    ----------
+    scene : Scene
+        On a lattice.
+    end : float
+        Time that the run may go on to, s.
+    arrival_depth : float
+        Depth above which a cell counts as reached, m.
+    whole : bool
+        Whether to have arrays of the whole lattice from the start.
+    """
+
+    def __init__(self, scene: Scene, end: float, arrival_depth: float, whole: bool = False) -> None:
         lattice = scene.points
         if not isinstance(lattice, Lattice):
             raise TypeError(f"a lattice run needs a lattice, not a {type(lattice).__name__}")
@@ -37,36 +86,6 @@ class LatticeRun:
         initial = state_of(scene)
         self.sides = sides_of(scene)
         self.material = material_of(scene, initial[0], self.sides)
-        dry, coefficients = self.material.dry, PressureCoefficients(*self.material.pressure)
-        self.bed = self._bed()
-        wet = initial[0] > self.material.dry
-        padded = [np.pad(np.where(wet | (k == 0), a, 0.0), GHOSTS) for k, a in enumerate(initial)]
-        self.now, *self.stages = (Fields(*(roomy(a.size, a) for a in padded)) for _ in range(3))
-        ny, nx = lattice.shape
-        self.grid = Grid(ny + 2 * GHOSTS, nx + 2 * GHOSTS, lattice.dx, lattice.dy)
-        load = np.tile(self.bed.normal, self.grid.rows)
-        self.status = Status(
-            *(
-                roomy(load.size, a)
-                for a in (load * coefficients.x_active, load * coefficients.y_active_active, 0 * load + 1)
-            )
-        )
-        n = self.grid.stride + LANES
-        empty = np.zeros((2, self.grid.rows), dtype=np.int64)
-        self.spans = Spans(empty, empty.copy(), empty.copy(), np.zeros(self.grid.stride))
-        for j, row in enumerate(wet, GHOSTS):
-            if row.any():
-                self.spans.wet[:, j] = GHOSTS + np.argmax(row), GHOSTS + nx - np.argmax(row[::-1])
-        self.buffers = Buffers(
-            FaceValues(*(roomy(n) for _ in range(7))),
-            FaceValues(*(roomy(2 * n) for _ in range(7))),
-            Fluxes(*(roomy(RING * n) for _ in range(4))),
-            Fluxes(*(roomy(RING * n) for _ in range(4))),
-            np.ones(RING * n),
-        )
-        self.record = Record(
-            np.zeros(ny * nx), np.zeros(ny * nx), np.zeros(ny * nx), np.full(ny * nx, np.nan)
-        )
         self.progress = Progress(
             np.zeros(1),
             np.zeros(1, np.int64),
@@ -74,39 +93,120 @@ class LatticeRun:
             np.zeros((4, 2)),
             np.full(2, -1, np.int64),
         )
+        dry = self.material.dry
+        # what comes in through a side may come anywhere along it
+        driven = (self.sides.kind == DEPTH) & (self.sides.depth > dry)
+        self._make(_whole(lattice) if whole or driven.any() else _around(initial[0] > 0, lattice))
+        wet = initial[0][self.window.cut] > dry
+        for k, (field, values) in enumerate(zip(self.now, initial, strict=True)):
+            inside = values[self.window.cut]
+            self._inner(field)[...] = np.where(wet | (k == 0), inside, 0.0)
+        for j, row in enumerate(wet, GHOSTS):
+            if row.any():
+                self.spans.wet[:, j] = GHOSTS + np.argmax(row), GHOSTS + len(row) - np.argmax(row[::-1])
         self.rest_volume = scene.scheme.rest_share * self.volume
         record_maxima(self.now, self.spans.wet, self.grid, dry, arrival_depth, self.record, self.progress)
 
-    def _bed(self) -> Bed:
-        x = np.pad(self.lattice.x_points, GHOSTS, mode="edge")
-        y = np.full_like(x, self.lattice.y_points.mean())
-        return Bed(*gravity_along_and_normal(self.scene, x, y), self.scene.terrain.curvature(x, y))
+    def _make(self, window: Window) -> None:
+        """Make the arrays of a window, dry and at rest."""
+        lattice, (ny, nx) = self.lattice, window.shape
+        self.window = window
+        inner = window.south > 0, window.north < lattice.shape[0]
+        self.inner = np.array([window.west > 0, window.east < lattice.shape[1], *inner])
+        self.window_sides = Sides(
+            np.where(self.inner, OPEN, self.sides.kind),
+            np.where(self.inner, 0.0, self.sides.depth),
+            np.where(self.inner, 0.0, self.sides.lean),
+        )
+        x = np.pad(lattice.x_points[window.west : window.east], GHOSTS, mode="edge")
+        y = np.full_like(x, lattice.y_points.mean())
+        self.bed = Bed(*gravity_along_and_normal(self.scene, x, y), self.scene.terrain.curvature(x, y))
+        self.grid = Grid(ny + 2 * GHOSTS, nx + 2 * GHOSTS, lattice.dx, lattice.dy)
+        size, stride = self.grid.rows * self.grid.stride, self.grid.stride
+        self.now, *self.stages = (Fields(*(roomy(size) for _ in range(3))) for _ in range(3))
+        load = np.tile(self.bed.normal, self.grid.rows)
+        active = PressureCoefficients(*self.material.pressure)
+        self.status = Status(
+            roomy(size, load * active.x_active),
+            roomy(size, load * active.y_active_active),
+            roomy(size, np.ones(size)),
+        )
+        empty = np.zeros((2, self.grid.rows), dtype=np.int64)
+        self.spans = Spans(empty, empty.copy(), empty.copy(), np.zeros(stride))
+        n = stride + LANES
+        self.buffers = Buffers(
+            FaceValues(*(roomy(n) for _ in range(7))),
+            FaceValues(*(roomy(2 * n) for _ in range(7))),
+            Fluxes(*(roomy(RING * n) for _ in range(4))),
+            Fluxes(*(roomy(RING * n) for _ in range(4))),
+            np.ones(RING * n),
+        )
+        depth, speed_squared, momentum_flux = np.zeros((3, ny * nx))
+        self.record = Record(depth, speed_squared, momentum_flux, np.full(ny * nx, np.nan))
+
+    def _inner(self, padded: Array) -> Array:
+        """View a flat padded array without its ghosts, of the shape of the window."""
+        inner = slice(GHOSTS, -GHOSTS)
+        return padded.reshape(self.grid.rows, self.grid.stride)[inner, inner]
+
+    def _grow(self) -> None:
+        """Give the flow more room on the sides that it has come to."""
+        before, views = self.window, [self._inner(a) for a in (*self.now, *self.status)]
+        spans, record = self.spans, self.record
+        stepped = spans.stepped[0] < spans.stepped[1]
+        rows = np.flatnonzero(stepped)
+        near = (
+            spans.stepped[0, stepped].min() <= GHOSTS,
+            spans.stepped[1, stepped].max() >= self.grid.stride - GHOSTS,
+            rows[0] <= GHOSTS,
+            rows[-1] >= self.grid.rows - GHOSTS - 1,
+        )
+        ny, nx = before.shape
+        west, east, south, north = (
+            max(LEAST_GROWTH, size // 2) if at else 0 for at, size in zip(near, (nx, nx, ny, ny), strict=True)
+        )
+        self._make(before.grown((south, north, west, east), self.lattice.shape))
+        down, right = before.south - self.window.south, before.west - self.window.west
+        place = slice(down, down + ny), slice(right, right + nx)
+        for old, new in zip(views, (*self.now, *self.status), strict=True):
+            self._inner(new)[place] = old
+        for old, new in zip(record, self.record, strict=True):
+            new.reshape(self.window.shape)[place] = old.reshape(ny, nx)
+        inside = spans.wet[:, GHOSTS:-GHOSTS]
+        self.spans.wet[:, GHOSTS + down : GHOSTS + down + ny] = np.where(
+            inside[0] < inside[1], inside + right, 0
+        )
 
     def advance(self, target: float, max_steps: int | None) -> int:
         """Step to ``target``, s; say why it stopped."""
-        scheme = self.scene.scheme
-        return int(
-            time_stepping.advance(
-                self.now,
-                *self.stages,
-                self.status,
-                self.bed,
-                self.material,
-                self.sides,
-                self.grid,
-                self.spans,
-                self.buffers,
-                time_stepping.SSP_RK3,
-                scheme.cfl,
-                target,
-                self.end,
-                np.iinfo(np.int64).max if max_steps is None else max_steps,
-                self.rest_volume,
-                self.arrival_depth,
-                self.record,
-                self.progress,
+        outcome = time_stepping.GROW
+        while outcome == time_stepping.GROW:
+            outcome = int(
+                time_stepping.advance(
+                    self.now,
+                    *self.stages,
+                    self.status,
+                    self.bed,
+                    self.material,
+                    self.window_sides,
+                    self.grid,
+                    self.spans,
+                    self.inner,
+                    self.buffers,
+                    time_stepping.SSP_RK3,
+                    self.scene.scheme.cfl,
+                    target,
+                    self.end,
+                    np.iinfo(np.int64).max if max_steps is None else max_steps,
+                    self.rest_volume,
+                    self.arrival_depth,
+                    self.record,
+                    self.progress,
+                )
             )
-        )
+            if outcome == time_stepping.GROW:
+                self._grow()
+        return outcome
 
     def settle(self) -> None:
         """Stop what little still moves."""
@@ -119,10 +219,21 @@ class LatticeRun:
 
     @property
     def state(self) -> tuple[Array, Array, Array]:
-        """Depth and velocity without ghosts, copies of shape (ny, nx)."""
-        padded, inner = (self.grid.rows, self.grid.stride), slice(GHOSTS, -GHOSTS)
-        h, u, v = (a.reshape(padded)[inner, inner].copy() for a in self.now)
+        """Depth and velocity of the whole lattice, copies of shape (ny, nx)."""
+        h, u, v = (self.expanded(self._inner(field), 0.0) for field in self.now)
         return h, u, v
+
+    @property
+    def maxima(self) -> Record:
+        """Record of the whole lattice, copies of shape (ny, nx)."""
+        depth, speed_squared, momentum_flux = (self.expanded(a, 0.0) for a in self.record[:3])
+        return Record(depth, speed_squared, momentum_flux, self.expanded(self.record.arrival, np.nan))
+
+    def expanded(self, values: Array, outside: float) -> Array:
+        """Give values of the window to the whole lattice, shape (ny, nx)."""
+        whole = np.full(self.lattice.shape, outside)
+        whole[self.window.cut] = values.reshape(self.window.shape)
+        return whole
 
     @property
     def volume(self) -> float:
@@ -133,5 +244,20 @@ class LatticeRun:
     def place(self) -> tuple[float, float]:
         """Where a value was not finite, x and y in m; NaN if none was."""
         j, i = self.progress.place
-        lattice = self.lattice
-        return (float(lattice.x_points[i]), float(lattice.y_points[j])) if j >= 0 else (np.nan, np.nan)
+        if j < 0:
+            return np.nan, np.nan
+        x, y = self.lattice.x_points, self.lattice.y_points
+        return float(x[self.window.west + i]), float(y[self.window.south + j])
+
+
+def _whole(lattice: Lattice) -> Window:
+    return Window(0, lattice.shape[0], 0, lattice.shape[1])
+
+
+def _around(filled: NDArray[np.bool_], lattice: Lattice) -> Window:
+    """Give the window around filled cells (ny, nx) with some room, or around one cell where all is dry."""
+    rows, columns = np.flatnonzero(filled.any(axis=1)), np.flatnonzero(filled.any(axis=0))
+    tight = Window(0, 1, 0, 1)
+    if rows.size:
+        tight = Window(int(rows[0]), int(rows[-1]) + 1, int(columns[0]), int(columns[-1]) + 1)
+    return tight.grown((LEAST_GROWTH,) * 4, lattice.shape)

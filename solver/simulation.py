@@ -18,7 +18,6 @@ from solver.rheology import Coulomb
 from solver.run_setup import Run
 from solver.scene import Boundaries, Scene, WeightedResidual
 from solver.terrain import Plane
-from solver.time_stepping import Record
 
 __all__ = [
     "Boundaries",
@@ -103,6 +102,7 @@ def simulate(
     arrival_depth: float = 0.0,
     stop_at_rest: bool = True,
     max_steps: int | None = None,
+    skip: bool = True,
 ) -> Result:
     """Run a scene to the last of ``times``, with frames at each of them.
 
@@ -121,6 +121,9 @@ def simulate(
         Let ``time`` end where all is at rest; otherwise it goes on to the last frame. Frames are the same.
     max_steps : int, optional
         Steps after which the run fails.
+    skip : bool
+        Leave out what the scene does not need. The result is the same to the last bit, but for times and
+        ``cell_stages``.
 
     Raises
     ------
@@ -132,8 +135,11 @@ def simulate(
     increasing = frames.ndim == 1 and len(frames) and frames[0] >= 0 and (np.diff(frames) > 0).all()
     if not increasing or not np.isfinite(frames).all():
         raise ValueError("times must be one or more increasing finite numbers, the first at least 0")
-    kind = LatticeRun if isinstance(scene.points, Lattice) else CloudRun
-    run: Run = kind(scene, frames[-1], arrival_depth)
+    run: Run
+    if isinstance(scene.points, Lattice):
+        run = LatticeRun(scene, frames[-1], arrival_depth, whole=not skip)
+    else:
+        run = CloudRun(scene, frames[-1], arrival_depth)
     shape = (len(frames), *scene.points.shape)
     depth, velocity_x, velocity_y = np.full((3, *shape), np.nan)
     rest_time, failure = np.nan, None
@@ -156,7 +162,7 @@ def simulate(
     wall, cpu = perf_counter() - wall, thread_time() - cpu
     came, left = run.progress.ledger.T
     through_open = left[run.sides.kind == OPEN].sum()
-    record = Record(*(a.reshape(shape[1:]) for a in run.record))
+    record = run.maxima
     return Result(
         frames,
         depth,

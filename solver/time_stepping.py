@@ -6,6 +6,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from solver.activity import (
     Bed,
@@ -13,6 +14,7 @@ from solver.activity import (
     Spans,
     Status,
     classify,
+    comes_to,
     copy_surroundings,
     moving_volume_exceeds,
     spread,
@@ -24,7 +26,7 @@ from solver.weighted_residual import Buffers, stage
 # Eq. 14: weights of each stage's result in U = U_0 + part (U_k - U_0 + dt L(U_k)).
 SSP_RK3 = (1.0, 1 / 4, 2 / 3)
 
-REACHED, AT_REST, OUT_OF_STEPS, NOT_FINITE, COLLAPSED = 0, 1, 2, 3, 4
+REACHED, AT_REST, OUT_OF_STEPS, NOT_FINITE, COLLAPSED, GROW = 0, 1, 2, 3, 4, 5
 # A step this much shorter than the whole run counts as collapsed.
 SHORTEST_STEP = 1e-7
 
@@ -131,6 +133,7 @@ def advance(
     sides: Sides,
     grid: Grid,
     spans: Spans,
+    inner: NDArray[np.bool_],
     buffers: Buffers,
     parts: tuple[float, ...],
     cfl: float,
@@ -142,7 +145,10 @@ def advance(
     record: Record,
     progress: Progress,
 ) -> int:
-    """Step until ``target`` (s) or until at most ``rest_volume`` (m3) moves; return why it stopped."""
+    """Step until ``target`` (s) or until at most ``rest_volume`` (m3) moves; return why it stopped.
+
+    inner : (4,) array, whether a side is inside the lattice: what comes to it stops the run before the step.
+    """
     stages = len(parts)
     while progress.time[0] < target:
         rate = classify(now, status, bed, material, sides, grid, spans)
@@ -151,6 +157,8 @@ def advance(
             return AT_REST
         if progress.steps[0] >= max_steps:
             return OUT_OF_STEPS
+        if comes_to(spans.stepped, grid, inner, first, last):
+            return GROW
         remaining = target - progress.time[0]
         dt = step_length(rate, cfl, remaining, end)
         if dt == 0.0:

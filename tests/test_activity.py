@@ -22,7 +22,7 @@ CASES = {name: case for name, (case, _) in SCENES.items()} | {
 
 
 def classified(case):
-    run = LatticeRun(case, 1.0, 0.0)
+    run = LatticeRun(case, 1.0, 0.0, whole=True)
     return run, classify(run.now, run.status, run.bed, run.material, run.sides, run.grid, run.spans)
 
 

@@ -70,7 +70,7 @@ def test_a_smooth_frictionless_flow_converges_in_time_at_nearly_third_order(jump
 
 def every_step(case, end, arrival_depth=0.0):
     """Times and states after each step, from the first on, and the run."""
-    run = LatticeRun(case, end, arrival_depth)
+    run = LatticeRun(case, end, arrival_depth, whole=True)
     times, states = [run.time], [run.state]
     while (outcome := run.advance(end, len(times))) == OUT_OF_STEPS:
         times.append(run.time)
@@ -117,20 +117,20 @@ def test_steps_are_as_long_as_the_courant_number_allows_and_the_last_two_equal()
 
 def test_a_frame_is_met_to_the_last_bit():
     case, end = SCENES["walls"]
-    run = LatticeRun(case, end, 0.0)
+    run = LatticeRun(case, end, 0.0, whole=True)
     for target in end * np.array([0.0, 1e-9, 1 / 3, 1 / 3 + 1e-9, 0.7, 1.0]):
         assert run.advance(target, None) == REACHED
         assert run.time == target
 
 
 def test_a_time_already_reached_takes_no_step():
-    run = LatticeRun(*SCENES["walls"], 0.0)
+    run = LatticeRun(*SCENES["walls"], 0.0, whole=True)
     assert run.advance(0.0, None) == REACHED
     assert run.progress.steps[0] == run.progress.cell_stages[0] == 0
 
 
 def test_cells_stepped_are_counted():
-    run = LatticeRun(*SCENES["several blobs"], 0.0)
+    run = LatticeRun(*SCENES["several blobs"], 0.0, whole=True)
     run.advance(1.0, 1)
     stepped = (run.spans.stepped[1] - run.spans.stepped[0]).sum()
     before = run.progress.cell_stages[0]
@@ -140,7 +140,7 @@ def test_cells_stepped_are_counted():
 
 
 def test_a_run_out_of_steps_has_taken_just_those():
-    run = LatticeRun(*SCENES["walls"], 0.0)
+    run = LatticeRun(*SCENES["walls"], 0.0, whole=True)
     assert run.advance(1.0, 4) == OUT_OF_STEPS
     assert run.progress.steps[0] == 4
     assert run.advance(1.0, 4) == OUT_OF_STEPS
@@ -149,15 +149,15 @@ def test_a_run_out_of_steps_has_taken_just_those():
 
 def test_a_time_step_next_to_nothing_is_a_collapse():
     case = scene(speed=(1e11, 0))
-    assert LatticeRun(case, 1.0, 0.0).advance(1.0, None) == COLLAPSED
-    assert LatticeRun(case, 1e-9, 0.0).advance(1e-12, 1) != COLLAPSED
+    assert LatticeRun(case, 1.0, 0.0, whole=True).advance(1.0, None) == COLLAPSED
+    assert LatticeRun(case, 1e-9, 0.0, whole=True).advance(1e-12, 1) != COLLAPSED
 
 
 def test_a_value_that_is_not_finite_is_found_with_its_place():
     case = rough(1)
     for bad in (np.nan, np.inf):
         for k in range(3):
-            run = LatticeRun(case, 1.0, 0.0)
+            run = LatticeRun(case, 1.0, 0.0, whole=True)
             i = np.argmax(run.now.h > 0.1)
             j, i = divmod(int(i), run.grid.stride)
             run.now[k][j * run.grid.stride + i] = bad
@@ -169,7 +169,7 @@ def test_a_value_that_is_not_finite_is_found_with_its_place():
 
 def test_the_record_kernel_is_its_twin_and_touches_nothing_outside_the_spans():
     case, dry, threshold = rough(2), 1e-3, 0.1
-    run = LatticeRun(case, 1.0, 0.0)
+    run = LatticeRun(case, 1.0, 0.0, whole=True)
     rng, shape = np.random.default_rng(0), case.points.shape
     old = rng.uniform(0, 0.5, (3, *shape))
     arrival = np.where(rng.random(shape) < 0.3, 1.0, np.nan)
@@ -192,4 +192,4 @@ def test_the_record_kernel_is_its_twin_and_touches_nothing_outside_the_spans():
 
 def test_a_flow_too_fast_for_its_numbers_ends_as_not_finite():
     case = scene(speed=(1e160, 0))
-    assert LatticeRun(case, 1e-159, 0.0).advance(1e-159, None) == NOT_FINITE
+    assert LatticeRun(case, 1e-159, 0.0, whole=True).advance(1e-159, None) == NOT_FINITE

@@ -73,7 +73,7 @@ def stepped(run, spans, first, last, dt):
 
 @CASES
 def test_skipping_changes_no_bit(case, end):
-    some, everything = LatticeRun(case, end, 0.0), LatticeRun(case, end, 0.0)
+    some, everything = LatticeRun(case, end, 0.0, whole=True), LatticeRun(case, end, 0.0, whole=True)
     for steps in (0, 3, 6):
         for run in (some, everything):
             run.advance(end, steps)
@@ -130,7 +130,7 @@ def test_a_face_without_flow_keeps_its_impulse():
 @pytest.mark.parametrize("part", [1.0, 1 / 4, 2 / 3])
 def test_a_stage_is_its_twin_for_every_weight(part, friction):
     start, middle = rough(7, friction=friction), rough(8)
-    run, twin = LatticeRun(start, 1.0, 0.0), dense.Run(start)
+    run, twin = LatticeRun(start, 1.0, 0.0, whole=True), dense.Run(start)
     source, wet = dense.Run(middle).state, dense.Run(middle).state.h > twin.dry
     source = dense.State(source.h, *(np.where(wet, q, 0.0) for q in source[1:]))
     inside = Fields(*(np.pad(q, 2).ravel() for q in source))

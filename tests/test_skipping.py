@@ -1,0 +1,76 @@
+"""What a scene does not need is left out, and the result is the same to the last bit."""
+
+from dataclasses import fields
+
+import numpy as np
+import pytest
+from scenes import SCENES, heap
+
+from solver.lattice import Lattice
+from solver.lattice_run import LatticeRun
+from solver.rheology import Coulomb, MohrCoulomb
+from solver.simulation import Boundaries, Result, Scene, simulate
+from solver.terrain import Bend
+from solver.time_stepping import NOT_FINITE
+
+COSTS = {"wall_time", "cpu_time", "cell_stages"}
+
+
+def assert_same(some: Result, whole: Result) -> None:
+    for field in fields(Result):
+        if field.name not in COSTS:
+            found, wanted = getattr(some, field.name), getattr(whole, field.name)
+            if isinstance(found, np.ndarray):
+                np.testing.assert_array_equal(found, wanted, err_msg=field.name)
+            else:
+                assert str(found) == str(wanted), field.name
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_a_window_on_the_lattice_gives_the_same(name, monkeypatch):
+    monkeypatch.setattr("solver.lattice_run.LEAST_GROWTH", 2)
+    case, end = SCENES[name]
+    times = np.linspace(0, end, 4)
+    some, whole = (simulate(case, times, arrival_depth=0.01, skip=skip) for skip in (True, False))
+    assert_same(some, whole)
+
+
+def chute(width, length, spacing=0.4, **changes):
+    lattice = Lattice((0, length), (-width / 2, width / 2), spacing)
+    depth = heap(lattice, (4, 0), 1.85, 1.5)
+    bed, still = Bend(35, 17.5, 21.5), 0 * depth
+    laws = {"earth_pressure": MohrCoulomb(30, 30), "gravity": 1.0} | changes
+    return Scene(lattice, bed, depth, still, still, Coulomb(30), **laws)
+
+
+@pytest.mark.parametrize("side", ["wall", "open"])
+def test_a_window_grows_with_the_flow_and_gives_the_same(side):
+    case = chute(12.0, 28.0, boundaries=Boundaries("open", "open", side, side))
+    times = np.arange(0.0, 25.0, 4.0)
+    assert_same(simulate(case, times), simulate(case, times, skip=False))
+
+
+def test_a_domain_much_too_large_has_the_work_and_the_arrays_of_a_fitting_one():
+    def run(width, length):
+        made = LatticeRun(chute(width, length), 8.0, 0.01)
+        made.advance(8.0, None)
+        return made
+
+    fitting, large = run(16.0, 32.0), run(160.0, 320.0)
+    assert large.progress.cell_stages[0] <= 1.02 * fitting.progress.cell_stages[0]
+    assert large.now.h.size < 1.5 * fitting.now.h.size
+    assert large.now.h.size < large.lattice.shape[0] * large.lattice.shape[1] / 20
+    assert large.progress.steps[0] == fitting.progress.steps[0]
+
+
+def test_a_failure_in_a_window_is_placed_on_the_lattice(monkeypatch):
+    monkeypatch.setattr("solver.lattice_run.LEAST_GROWTH", 2)
+    run = LatticeRun(chute(12.0, 28.0), 1.0, 0.0)
+    assert run.window.south > 0
+    assert run.window.west > 0
+    row, column = np.argwhere(run.state[0] > 0.5)[0]
+    run.now.u[(row - run.window.south + 2) * run.grid.stride + column - run.window.west + 2] = np.nan
+    assert run.advance(1.0, None) == NOT_FINITE
+    at = run.lattice.x_points[column], run.lattice.y_points[row]
+    # what is not finite spreads by two cells a stage
+    assert run.place == pytest.approx(at, abs=6 * 0.4)
