@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.boundary import DEPTH, GHOSTS, LANES, Fields, Grid, Sides, fill_ghosts
+from solver.boundary import AXIS, DEPTH, GHOSTS, LANES, Fields, Grid, Sides, fill_ghosts, images
 from solver.compiled import Array, Indices, kernel
 
 # Round-off allowed where a drive exactly at the friction limit must count as held (slope = friction angle).
@@ -197,9 +197,9 @@ def status_outside(
 
     Returns the wave rate of what is driven, s-1.
     """
-    ghost = cell + step
-    status.beta_x[ghost], status.beta_y[ghost] = status.beta_x[cell], status.beta_y[cell]
-    status.still[ghost] = status.still[cell]
+    ghost, image = cell + step, cell - step if kind == AXIS else cell
+    status.beta_x[ghost], status.beta_y[ghost] = status.beta_x[image], status.beta_y[image]
+    status.still[ghost] = status.still[image]
     if kind == DEPTH and h[ghost] > dry and abs(beta[cell] * (h[ghost] - h[cell]) / d - pull) > hold:
         status.still[ghost] = 0.0
         return 2.0 * math.sqrt(beta[cell] * h[ghost]) / d
@@ -267,9 +267,10 @@ def moving_volume_exceeds(
     """Whether cells that are not still hold more than a volume, m3, or a given depth drives a side."""
     m, depth = grid.stride, volume / (grid.dx * grid.dy)
     for j in range(GHOSTS, grid.rows - GHOSTS):
+        both = images(sides, j)
         for i in range(j * m + spans.moving[0, j], j * m + spans.moving[1, j]):
             if still[i] == 0.0:
-                depth -= h[i]
+                depth -= both * h[i]
                 if depth < 0.0:
                     return True
         for k, ghost in ((0, GHOSTS - 1), (1, m - GHOSTS)):

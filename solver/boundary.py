@@ -10,6 +10,9 @@ from solver.riemann import Fluxes
 
 GHOSTS = 2
 OPEN, WALL, NO_SLIP, DEPTH = 0, 1, 2, 3
+# A flow that is its own mirror image is computed on one half: the axis goes through the outermost cells, or
+# between them and their images.
+AXIS, MIDLINE = 4, 5
 # Runs of cells are computed in whole vectors of this many where possible: what is left over is slow.
 LANES = 8
 
@@ -34,8 +37,8 @@ class Fields(NamedTuple):
 class Sides(NamedTuple):
     """The sides x_min, x_max, y_min, y_max, arrays of shape (4,).
 
-    kind : OPEN, WALL, NO_SLIP or DEPTH. depth : given depth, m. lean : the part of gravity along the bed that
-    friction cannot hold there, m s-2.
+    kind : OPEN, WALL, NO_SLIP or DEPTH; at y_min also AXIS or MIDLINE. depth : given depth, m. lean : the
+    part of gravity along the bed that friction cannot hold there, m s-2.
     """
 
     kind: Indices
@@ -59,17 +62,18 @@ def ghosts_beyond(
     cell, outward : int
         Index of the cell and distance in memory to the first ghost.
     kind : int
-        OPEN and DEPTH continue the velocity; WALL mirrors the normal, NO_SLIP both velocities.
+        OPEN and DEPTH continue the velocity; WALL, AXIS and MIDLINE mirror the normal, NO_SLIP both
+        velocities.
     depth : float
         Depth outside a DEPTH side, m.
     rise : float
         Change of depth per spacing outward that gravity needs at a wall, m.
     """
     for k in range(GHOSTS):
-        ghost, mirror = cell + (k + 1) * outward, cell - k * outward
-        if kind in (WALL, NO_SLIP):
+        ghost, mirror = cell + (k + 1) * outward, cell - (k + 1 if kind == AXIS else k) * outward
+        if kind in (WALL, NO_SLIP, AXIS, MIDLINE):
             h[ghost], n[ghost] = max(0.0, h[mirror] + (2 * k + 1) * rise), -n[mirror]
-            t[ghost] = t[mirror] if kind == WALL else -t[mirror]
+            t[ghost] = -t[mirror] if kind == NO_SLIP else t[mirror]
         else:
             h[ghost], n[ghost], t[ghost] = h[cell] if kind == OPEN else depth, n[cell], t[cell]
 
@@ -93,6 +97,23 @@ def fill_ghosts(now: Fields, beta_x: Array, sides: Sides, grid: Grid, first: int
     if last >= rows - 2 * GHOSTS:
         for i in range(m):
             ghosts_beyond(h, v, u, (rows - GHOSTS - 1) * m + i, m, kind[3], depth[3], 0.0)
+
+
+@kernel()
+def images(sides: Sides, row: int) -> float:
+    """Count a padded row with its mirror image, where only one half is computed."""
+    if sides.kind[2] == AXIS:
+        return 1.0 if row == GHOSTS else 2.0
+    return 2.0 if sides.kind[2] == MIDLINE else 1.0
+
+
+@kernel()
+def mirror_fluxes(fluxes: Fluxes, at: int, source: int, count: int) -> None:
+    """Give the faces below the cells of an axis the mirror images of the fluxes above."""
+    for k in range(count):
+        fluxes.mass[at + k], fluxes.normal[at + k] = -fluxes.mass[source + k], fluxes.normal[source + k]
+        fluxes.tangential[at + k] = -fluxes.tangential[source + k]
+        fluxes.pressure[at + k] = fluxes.pressure[source + k]
 
 
 @kernel()

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from solver import time_stepping
 from solver.activity import Bed, Spans, Status
-from solver.boundary import DEPTH, GHOSTS, LANES, OPEN, Fields, Grid, Sides
+from solver.boundary import AXIS, DEPTH, GHOSTS, LANES, MIDLINE, OPEN, Fields, Grid, Sides
 from solver.compiled import Array
 from solver.lattice import Lattice
 from solver.reconstruction import FaceValues
@@ -22,6 +22,8 @@ from solver.weighted_residual import RING, Buffers
 
 # Rows or columns that a window grows by at least.
 LEAST_GROWTH = 16
+# A half needs as many rows beside the axis as it has ghosts.
+LEAST_ROWS = 2 * GHOSTS + 1
 
 
 def roomy(size: int, values: Array | None = None) -> Array:
@@ -50,21 +52,23 @@ class Window(NamedTuple):
         """The window as slices of an array of the lattice."""
         return slice(self.south, self.north), slice(self.west, self.east)
 
-    def grown(self, by: tuple[int, int, int, int], shape: tuple[int, int]) -> Window:
-        """Move the sides outward by so many rows and columns, within a lattice."""
+    def grown(self, by: tuple[int, int, int, int], most: Window) -> Window:
+        """Move the sides outward by so many rows and columns, within another window."""
         south, north, west, east = by
         return Window(
-            max(self.south - south, 0),
-            min(self.north + north, shape[0]),
-            max(self.west - west, 0),
-            min(self.east + east, shape[1]),
+            max(self.south - south, most.south),
+            min(self.north + north, most.north),
+            max(self.west - west, most.west),
+            min(self.east + east, most.east),
         )
 
 
 class LatticeRun:
     """The arrays of one run, padded by ghost cells, on the part of the lattice that the flow has come near.
 
-    Cells outside are dry, and nothing is computed there: results are the same to the last bit.
+    Cells outside are dry, and nothing is computed there. Of a scene that is its own mirror image across the
+    slope the half of larger y is computed. Results are the same to the last bit, but for the ledger of what
+    passes the sides, whose sums have another order.
 
     Parameters
     ----------
@@ -75,7 +79,7 @@ class LatticeRun:
     arrival_depth : float
         Depth above which a cell counts as reached, m.
     whole : bool
-        Whether to have arrays of the whole lattice from the start.
+        Whether to compute the whole lattice from the start.
     """
 
     def __init__(self, scene: Scene, end: float, arrival_depth: float, whole: bool = False) -> None:
@@ -96,7 +100,10 @@ class LatticeRun:
         dry = self.material.dry
         # what comes in through a side may come anywhere along it
         driven = (self.sides.kind == DEPTH) & (self.sides.depth > dry)
-        self._make(_whole(lattice) if whole or driven.any() else _around(initial[0] > 0, lattice))
+        ny, nx = lattice.shape
+        self.mirrored = not whole and ny >= LEAST_ROWS and _mirrored(initial, self.sides)
+        self.room = Window(ny // 2 if self.mirrored else 0, ny, 0, nx)
+        self._make(self.room if whole or driven.any() else _around(initial[0] > 0, self.room))
         wet = initial[0][self.window.cut] > dry
         for k, (field, values) in enumerate(zip(self.now, initial, strict=True)):
             inside = values[self.window.cut]
@@ -111,13 +118,18 @@ class LatticeRun:
         """Make the arrays of a window, dry and at rest."""
         lattice, (ny, nx) = self.lattice, window.shape
         self.window = window
-        inner = window.south > 0, window.north < lattice.shape[0]
-        self.inner = np.array([window.west > 0, window.east < lattice.shape[1], *inner])
+        room = self.room
+        self.inner = np.not_equal(
+            (window.west, window.east, window.south, window.north),
+            (room.west, room.east, room.south, room.north),
+        )
         self.window_sides = Sides(
             np.where(self.inner, OPEN, self.sides.kind),
             np.where(self.inner, 0.0, self.sides.depth),
             np.where(self.inner, 0.0, self.sides.lean),
         )
+        if self.mirrored and not self.inner[2]:
+            self.window_sides.kind[2] = AXIS if lattice.shape[0] % 2 else MIDLINE
         x = np.pad(lattice.x_points[window.west : window.east], GHOSTS, mode="edge")
         y = np.full_like(x, lattice.y_points.mean())
         self.bed = Bed(*gravity_along_and_normal(self.scene, x, y), self.scene.terrain.curvature(x, y))
@@ -165,7 +177,7 @@ class LatticeRun:
         west, east, south, north = (
             max(LEAST_GROWTH, size // 2) if at else 0 for at, size in zip(near, (nx, nx, ny, ny), strict=True)
         )
-        self._make(before.grown((south, north, west, east), self.lattice.shape))
+        self._make(before.grown((south, north, west, east), self.room))
         down, right = before.south - self.window.south, before.west - self.window.west
         place = slice(down, down + ny), slice(right, right + nx)
         for old, new in zip(views, (*self.now, *self.status), strict=True):
@@ -220,8 +232,8 @@ class LatticeRun:
     @property
     def state(self) -> tuple[Array, Array, Array]:
         """Depth and velocity of the whole lattice, copies of shape (ny, nx)."""
-        h, u, v = (self.expanded(self._inner(field), 0.0) for field in self.now)
-        return h, u, v
+        h, u = (self.expanded(self._inner(field), 0.0) for field in self.now[:2])
+        return h, u, self.expanded(self._inner(self.now.v), 0.0, -1.0)
 
     @property
     def maxima(self) -> Record:
@@ -229,10 +241,15 @@ class LatticeRun:
         depth, speed_squared, momentum_flux = (self.expanded(a, 0.0) for a in self.record[:3])
         return Record(depth, speed_squared, momentum_flux, self.expanded(self.record.arrival, np.nan))
 
-    def expanded(self, values: Array, outside: float) -> Array:
-        """Give values of the window to the whole lattice, shape (ny, nx)."""
+    def expanded(self, values: Array, outside: float, image: float = 1.0) -> Array:
+        """Give values of the window to the lattice, (ny, nx), and times ``image`` to its mirror image."""
         whole = np.full(self.lattice.shape, outside)
         whole[self.window.cut] = values.reshape(self.window.shape)
+        if self.mirrored:
+            half = len(whole) // 2
+            whole[:half] = image * whole[-half:][::-1]
+        # zeros without a sign, so that the same result has the same bytes
+        whole += 0.0
         return whole
 
     @property
@@ -250,14 +267,24 @@ class LatticeRun:
         return float(x[self.window.west + i]), float(y[self.window.south + j])
 
 
-def _whole(lattice: Lattice) -> Window:
-    return Window(0, lattice.shape[0], 0, lattice.shape[1])
+def _mirrored(state: tuple[Array, Array, Array], sides: Sides) -> bool:
+    """Whether a state (ny, nx) and the sides along it are their own mirror images across the slope."""
+    h, u, v = state
+    same = all(np.array_equal(a, b[::-1]) for a, b in ((h, h), (u, u), (v, -v)))
+    return same and sides.kind[2] == sides.kind[3] and sides.depth[2] == sides.depth[3]
 
 
-def _around(filled: NDArray[np.bool_], lattice: Lattice) -> Window:
-    """Give the window around filled cells (ny, nx) with some room, or around one cell where all is dry."""
+def _around(filled: NDArray[np.bool_], room: Window) -> Window:
+    """Give the window around filled cells (ny, nx) and a margin, or around one cell where all is dry."""
+    filled = filled[room.cut]
     rows, columns = np.flatnonzero(filled.any(axis=1)), np.flatnonzero(filled.any(axis=0))
-    tight = Window(0, 1, 0, 1)
+    south, west = room.south, room.west
+    tight = Window(south, south + 1, west, west + 1)
     if rows.size:
-        tight = Window(int(rows[0]), int(rows[-1]) + 1, int(columns[0]), int(columns[-1]) + 1)
-    return tight.grown((LEAST_GROWTH,) * 4, lattice.shape)
+        tight = Window(
+            south + int(rows[0]),
+            south + int(rows[-1]) + 1,
+            west + int(columns[0]),
+            west + int(columns[-1]) + 1,
+        )
+    return tight.grown((LEAST_GROWTH,) * 4, room)

