@@ -123,6 +123,11 @@ class CloudRun:
         return float(self.state[0] @ self.area)
 
     @property
+    def ledger(self) -> Array:
+        """Volumes that came in and left through each side, shape (4, 2), m3."""
+        return self.progress.ledger
+
+    @property
     def maxima(self) -> Record:
         """Maxima over the steps, arrays of shape (n,)."""
         return self.record

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
-from numpy.typing import NDArray
 
 from solver import time_stepping
 from solver.activity import Bed, Spans, Status
-from solver.boundary import AXIS, DEPTH, GHOSTS, LANES, MIDLINE, OPEN, Fields, Grid, Sides
+from solver.boundary import DEPTH, GHOSTS, LANES, OPEN, Fields, Grid, Sides
 from solver.compiled import Array
 from solver.lattice import Lattice
 from solver.reconstruction import FaceValues
@@ -19,11 +16,10 @@ from solver.run_setup import gravity_along_and_normal, material_of, sides_of, st
 from solver.scene import Scene
 from solver.time_stepping import Progress, Record, record_maxima
 from solver.weighted_residual import RING, Buffers
+from solver.window import Part, Window, around, needed
 
 # Rows or columns that a window grows by at least.
 LEAST_GROWTH = 16
-# A half needs as many rows beside the axis as it has ghosts.
-LEAST_ROWS = 2 * GHOSTS + 1
 
 
 def roomy(size: int, values: Array | None = None) -> Array:
@@ -34,41 +30,11 @@ def roomy(size: int, values: Array | None = None) -> Array:
     return array
 
 
-class Window(NamedTuple):
-    """The part of a lattice that a run has arrays of: rows and columns, half-open."""
-
-    south: int
-    north: int
-    west: int
-    east: int
-
-    @property
-    def shape(self) -> tuple[int, int]:
-        """Number of rows and columns."""
-        return self.north - self.south, self.east - self.west
-
-    @property
-    def cut(self) -> tuple[slice, slice]:
-        """The window as slices of an array of the lattice."""
-        return slice(self.south, self.north), slice(self.west, self.east)
-
-    def grown(self, by: tuple[int, int, int, int], most: Window) -> Window:
-        """Move the sides outward by so many rows and columns, within another window."""
-        south, north, west, east = by
-        return Window(
-            max(self.south - south, most.south),
-            min(self.north + north, most.north),
-            max(self.west - west, most.west),
-            min(self.east + east, most.east),
-        )
-
-
 class LatticeRun:
     """The arrays of one run, padded by ghost cells, on the part of the lattice that the flow has come near.
 
-    Cells outside are dry, and nothing is computed there. Of a scene that is its own mirror image across the
-    slope the half of larger y is computed. Results are the same to the last bit, but for the ledger of what
-    passes the sides, whose sums have another order.
+    Cells outside are dry, and nothing is computed there; a symmetric scene is computed in part. Results are
+    the same to the last bit, but for the ledger of what passes the sides, whose sums have another order.
 
     Parameters
     ----------
@@ -100,10 +66,9 @@ class LatticeRun:
         dry = self.material.dry
         # what comes in through a side may come anywhere along it
         driven = (self.sides.kind == DEPTH) & (self.sides.depth > dry)
-        ny, nx = lattice.shape
-        self.mirrored = not whole and ny >= LEAST_ROWS and _mirrored(initial, self.sides)
-        self.room = Window(ny // 2 if self.mirrored else 0, ny, 0, nx)
-        self._make(self.room if whole or driven.any() else _around(initial[0] > 0, self.room))
+        self.part = Part(lattice.shape) if whole else needed(initial, self.sides)
+        room = self.part.room
+        self._make(room if whole or driven.any() else around(initial[0] > 0, room, LEAST_GROWTH))
         wet = initial[0][self.window.cut] > dry
         for k, (field, values) in enumerate(zip(self.now, initial, strict=True)):
             inside = values[self.window.cut]
@@ -111,25 +76,23 @@ class LatticeRun:
         for j, row in enumerate(wet, GHOSTS):
             if row.any():
                 self.spans.wet[:, j] = GHOSTS + np.argmax(row), GHOSTS + len(row) - np.argmax(row[::-1])
-        self.rest_volume = scene.scheme.rest_share * self.volume
+        self.rest_volume = scene.scheme.rest_share * self.volume / self.part.rows
         record_maxima(self.now, self.spans.wet, self.grid, dry, arrival_depth, self.record, self.progress)
 
     def _make(self, window: Window) -> None:
         """Make the arrays of a window, dry and at rest."""
         lattice, (ny, nx) = self.lattice, window.shape
         self.window = window
-        room = self.room
+        room = self.part.room
         self.inner = np.not_equal(
             (window.west, window.east, window.south, window.north),
             (room.west, room.east, room.south, room.north),
         )
         self.window_sides = Sides(
-            np.where(self.inner, OPEN, self.sides.kind),
+            np.where(self.inner, OPEN, self.part.sides(self.sides.kind)),
             np.where(self.inner, 0.0, self.sides.depth),
             np.where(self.inner, 0.0, self.sides.lean),
         )
-        if self.mirrored and not self.inner[2]:
-            self.window_sides.kind[2] = AXIS if lattice.shape[0] % 2 else MIDLINE
         x = np.pad(lattice.x_points[window.west : window.east], GHOSTS, mode="edge")
         y = np.full_like(x, lattice.y_points.mean())
         self.bed = Bed(*gravity_along_and_normal(self.scene, x, y), self.scene.terrain.curvature(x, y))
@@ -177,7 +140,7 @@ class LatticeRun:
         west, east, south, north = (
             max(LEAST_GROWTH, size // 2) if at else 0 for at, size in zip(near, (nx, nx, ny, ny), strict=True)
         )
-        self._make(before.grown((south, north, west, east), self.room))
+        self._make(before.grown((south, north, west, east), self.part.room))
         down, right = before.south - self.window.south, before.west - self.window.west
         place = slice(down, down + ny), slice(right, right + nx)
         for old, new in zip(views, (*self.now, *self.status), strict=True):
@@ -232,25 +195,25 @@ class LatticeRun:
     @property
     def state(self) -> tuple[Array, Array, Array]:
         """Depth and velocity of the whole lattice, copies of shape (ny, nx)."""
-        h, u = (self.expanded(self._inner(field), 0.0) for field in self.now[:2])
-        return h, u, self.expanded(self._inner(self.now.v), 0.0, -1.0)
+        h, u, v = (
+            self.part.expanded(self._inner(field), self.window, 0.0, image)
+            for field, image in zip(self.now, (1.0, 1.0, -1.0), strict=True)
+        )
+        return h, u, v
 
     @property
     def maxima(self) -> Record:
         """Record of the whole lattice, copies of shape (ny, nx)."""
-        depth, speed_squared, momentum_flux = (self.expanded(a, 0.0) for a in self.record[:3])
-        return Record(depth, speed_squared, momentum_flux, self.expanded(self.record.arrival, np.nan))
+        depth, speed_squared, momentum_flux, arrival = (
+            self.part.expanded(values, self.window, outside)
+            for values, outside in zip(self.record, (0.0, 0.0, 0.0, np.nan), strict=True)
+        )
+        return Record(depth, speed_squared, momentum_flux, arrival)
 
-    def expanded(self, values: Array, outside: float, image: float = 1.0) -> Array:
-        """Give values of the window to the lattice, (ny, nx), and times ``image`` to its mirror image."""
-        whole = np.full(self.lattice.shape, outside)
-        whole[self.window.cut] = values.reshape(self.window.shape)
-        if self.mirrored:
-            half = len(whole) // 2
-            whole[:half] = image * whole[-half:][::-1]
-        # zeros without a sign, so that the same result has the same bytes
-        whole += 0.0
-        return whole
+    @property
+    def ledger(self) -> Array:
+        """Volumes that came in and left through each side of the lattice, shape (4, 2), m3."""
+        return self.part.rows * self.progress.ledger
 
     @property
     def volume(self) -> float:
@@ -265,26 +228,3 @@ class LatticeRun:
             return np.nan, np.nan
         x, y = self.lattice.x_points, self.lattice.y_points
         return float(x[self.window.west + i]), float(y[self.window.south + j])
-
-
-def _mirrored(state: tuple[Array, Array, Array], sides: Sides) -> bool:
-    """Whether a state (ny, nx) and the sides along it are their own mirror images across the slope."""
-    h, u, v = state
-    same = all(np.array_equal(a, b[::-1]) for a, b in ((h, h), (u, u), (v, -v)))
-    return same and sides.kind[2] == sides.kind[3] and sides.depth[2] == sides.depth[3]
-
-
-def _around(filled: NDArray[np.bool_], room: Window) -> Window:
-    """Give the window around filled cells (ny, nx) and a margin, or around one cell where all is dry."""
-    filled = filled[room.cut]
-    rows, columns = np.flatnonzero(filled.any(axis=1)), np.flatnonzero(filled.any(axis=0))
-    south, west = room.south, room.west
-    tight = Window(south, south + 1, west, west + 1)
-    if rows.size:
-        tight = Window(
-            south + int(rows[0]),
-            south + int(rows[-1]) + 1,
-            west + int(columns[0]),
-            west + int(columns[-1]) + 1,
-        )
-    return tight.grown((LEAST_GROWTH,) * 4, room)

@@ -19,9 +19,10 @@ KINDS = {"open": OPEN, "wall": WALL, "no-slip": NO_SLIP}
 class Run(Protocol):
     """One run, on whatever points and in whatever form, as `solver.simulation` steps it.
 
-    sides : of the domain. maxima : over the steps, of the shape of the points. progress : time, counts and
-    ledger. time : reached, s. volume : now in the domain, m3. state : depth (m) and velocity (m s-1), copies
-    of the shape of the points. place : where a value was not finite, x and y in m; NaN if none was.
+    sides : of the domain. maxima : over the steps, of the shape of the points. progress : time and counts.
+    ledger : volumes in and out of each side, (4, 2), m3. time : reached, s. volume : now in the domain, m3.
+    state : depth (m) and velocity (m s-1), copies of the shape of the points. place : where a value was not
+    finite, x and y in m; NaN if none was.
     """
 
     sides: Sides
@@ -35,6 +36,9 @@ class Run(Protocol):
 
     @property
     def state(self) -> tuple[Array, Array, Array]: ...  # noqa: D102
+
+    @property
+    def ledger(self) -> Array: ...  # noqa: D102
 
     @property
     def maxima(self) -> Record: ...  # noqa: D102

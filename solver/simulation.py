@@ -160,7 +160,7 @@ def simulate(
             break
         depth[k], velocity_x[k], velocity_y[k] = run.state
     wall, cpu = perf_counter() - wall, thread_time() - cpu
-    came, left = run.progress.ledger.T
+    came, left = run.ledger.T
     through_open = left[run.sides.kind == OPEN].sum()
     record = run.maxima
     return Result(

@@ -8,7 +8,7 @@ from scenes import SCENES, heap
 
 from solver.lattice import Lattice
 from solver.lattice_run import LatticeRun
-from solver.rheology import Coulomb, MohrCoulomb
+from solver.rheology import Coulomb, Isotropic, MohrCoulomb, Voellmy
 from solver.simulation import Boundaries, Result, Scene, simulate
 from solver.terrain import Bend
 from solver.time_stepping import NOT_FINITE
@@ -99,7 +99,7 @@ def test_a_mirrored_scene_runs_on_its_half(rows, sides):
         boundaries=Boundaries("open", "open", sides, sides),
     )
     half = LatticeRun(case, 1.0, 0.0)
-    assert half.mirrored
+    assert half.part.kind == "half"
     assert half.grid.rows <= (rows + 1) // 2 + 4
     times = np.arange(0.0, 13.0, 2.0)
     some, whole = (simulate(case, times, arrival_depth=0.01, skip=skip) for skip in (True, False))
@@ -111,7 +111,7 @@ def test_a_mirrored_scene_runs_on_its_half(rows, sides):
 
 def test_half_of_what_is_no_mirror_image_is_not_enough():
     even = chute(12.0, 28.0)
-    assert LatticeRun(even, 1.0, 0.0).mirrored
+    assert LatticeRun(even, 1.0, 0.0).part.kind == "half"
     uneven = even.depth.copy()
     uneven[np.unravel_index(uneven.argmax(), uneven.shape)[0] + 1] *= 1 + 1e-15
     for change in (
@@ -120,4 +120,30 @@ def test_half_of_what_is_no_mirror_image_is_not_enough():
         {"boundaries": Boundaries(y_min="wall")},
         {"boundaries": Boundaries(y_min=0.1, y_max=0.2)},
     ):
-        assert not LatticeRun(replace(even, **change), 1.0, 0.0).mirrored
+        assert LatticeRun(replace(even, **change), 1.0, 0.0).part.kind == "whole"
+
+
+@pytest.mark.parametrize("sides", ["wall", "open"])
+@pytest.mark.parametrize("pressure", [MohrCoulomb(35, 30), Isotropic()])
+def test_a_scene_that_does_not_vary_across_the_slope_runs_as_one_row(sides, pressure):
+    lattice = Lattice((0, 15), (-2, 2), 0.5)
+    x = lattice.coordinates[0]
+    depth = np.maximum(0, 1 - ((x - 5) / 3) ** 2)
+    case = Scene(
+        lattice,
+        Bend(35, 8, 12),
+        depth,
+        0.5 + 0 * x,
+        0 * x,
+        Voellmy(20, 300.0),
+        pressure,
+        boundaries=Boundaries("wall", "open", sides, sides),
+    )
+    assert LatticeRun(case, 1.0, 0.0).grid.rows == 5
+    times = np.linspace(0, 8, 5)
+    some, whole = (simulate(case, times, arrival_depth=0.01, skip=skip) for skip in (True, False))
+    assert whole.ledger.outflow > 0.1
+    assert_same(some, whole)
+    assert some.cell_stages <= whole.cell_stages / 9
+    for change in ({"velocity_y": 0 * x + 0.1}, {"boundaries": Boundaries(y_min="no-slip")}):
+        assert LatticeRun(replace(case, **change), 1.0, 0.0).part.kind != "row"
