@@ -11,17 +11,19 @@ import numpy as np
 from solver import time_stepping
 from solver.boundary import OPEN
 from solver.cloud_simulation import CloudRun
+from solver.collocation_run import CollocationRun
 from solver.compiled import Array
 from solver.lattice import Lattice
 from solver.lattice_run import LatticeRun
 from solver.rheology import Coulomb
 from solver.run_setup import Run
-from solver.scene import Boundaries, Scene, WeightedResidual
+from solver.scene import Boundaries, Collocation, Scene, WeightedResidual
 from solver.terrain import Plane
 from solver.time_stepping import Record
 
 __all__ = [
     "Boundaries",
+    "Collocation",
     "Failure",
     "Ledger",
     "Result",
@@ -132,7 +134,8 @@ def simulate(
     increasing = frames.ndim == 1 and len(frames) and frames[0] >= 0 and (np.diff(frames) > 0).all()
     if not increasing or not np.isfinite(frames).all():
         raise ValueError("times must be one or more increasing finite numbers, the first at least 0")
-    kind = LatticeRun if isinstance(scene.points, Lattice) else CloudRun
+    conservative = LatticeRun if isinstance(scene.points, Lattice) else CloudRun
+    kind = CollocationRun if isinstance(scene.scheme, Collocation) else conservative
     run: Run = kind(scene, frames[-1], arrival_depth)
     shape = (len(frames), *scene.points.shape)
     depth, velocity_x, velocity_y = np.full((3, *shape), np.nan)
