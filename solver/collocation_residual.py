@@ -18,11 +18,11 @@ from solver.compiled import Array, Indices, kernel
 class Images(NamedTuple):
     """How images mirror the velocities of their points.
 
-    source : (images,), number of each image's point. sign : (images, 2), factor of either component.
-    outward : (images, 2), 1 where the component is first made positive.
+    owner : (points and images,), number of each point itself, of each image its point's. sign : (images, 2),
+    factor of either component. outward : (images, 2), 1 where the component is first made positive.
     """
 
-    source: Indices
+    owner: Indices
     sign: Array
     outward: Indices
 
@@ -50,13 +50,14 @@ class Open(NamedTuple):
 class Scratch(NamedTuple):
     """Scratch arrays of a run.
 
-    start : state at the start of the step. q, smoothed : momenta. gains : (n, 5), filled by `derivatives`.
-    beta : (n, 2), g cos(xi) K (eq. 7) along x and y, m s-2. mark, flag : (points and images,). chosen : (n,).
+    start : state at the start of the step. q : state after a stage; where nothing is chosen, that in force.
+    change : what relaxation makes of it. gains : (n, 5), filled by `derivatives`. beta : (n, 2), g cos(xi) K
+    (eq. 7) along x and y, m s-2. mark, flag, chosen : (n,).
     """
 
     start: Fields
     q: Momenta
-    smoothed: Momenta
+    change: Momenta
     gains: Array
     beta: Array
     mark: Indices
@@ -65,47 +66,54 @@ class Scratch(NamedTuple):
 
 
 @kernel()
+def mirrored(along: float, across: float, k: int, images: Images) -> tuple[float, float]:
+    """Turn both components of a velocity or momentum as the k-th image has them."""
+    a = abs(along) if images.outward[k, 0] else along
+    b = abs(across) if images.outward[k, 1] else across
+    return images.sign[k, 0] * a, images.sign[k, 1] * b
+
+
+@kernel()
 def fill_images(h: Array, along: Array, across: Array, images: Images) -> None:
     """Set depth and velocity, or momentum, of the images, which stand behind those of the points."""
-    n = len(h) - len(images.source)
-    for k in range(len(images.source)):
-        g, i = n + k, images.source[k]
-        a, b = along[i], across[i]
-        a, b = (abs(a) if images.outward[k, 0] else a), (abs(b) if images.outward[k, 1] else b)
-        h[g], along[g], across[g] = h[i], images.sign[k, 0] * a, images.sign[k, 1] * b
+    n = len(h) - len(images.sign)
+    for k in range(len(images.sign)):
+        g, i = n + k, images.owner[n + k]
+        h[g] = h[i]
+        along[g], across[g] = mirrored(along[i], across[i], k, images)
 
 
 @kernel()
-def spread_marks(mark: Indices, marked: int, stencils: Stencils) -> None:
-    """Mark whatever exchanges with a marked point."""
-    for p in range(stencils.first[marked], stencils.first[marked + 1]):
-        mark[stencils.partners[p]] = 1
+def choose(
+    h: Array,
+    dry: float,
+    count: int,
+    stencils: Stencils,
+    images: Images,
+    mark: Indices,
+    chosen: Indices,
+) -> int:
+    """List the points that have in their support a depth above ``dry`` or below its negative.
 
-
-@kernel()
-def fold_marks(mark: Indices, images: Images) -> None:
-    """Give points the marks of their images."""
-    n = len(mark) - len(images.source)
-    for k in range(len(images.source)):
-        if mark[n + k]:
-            mark[images.source[k]] = 1
-
-
-@kernel()
-def choose(h: Array, dry: float, stencils: Stencils, images: Images, mark: Indices, chosen: Indices) -> int:
-    """List the points that have in their support a depth above ``dry`` or below its negative; count them."""
-    n = len(chosen)
-    mark[:] = 0
-    for i in range(n):
-        if abs(h[i]) > dry:
-            mark[i] = 1
-            spread_marks(mark, i, stencils)
-    fold_marks(mark, images)
-    count = 0
-    for i in range(n):
-        if mark[i]:
-            chosen[count] = i
-            count += 1
+    count : points listed before in this step, which stay; with 0 the list is made anew. Returns the new one.
+    mark : 1 for what is listed, 2 where what it reaches is listed too.
+    """
+    if count == 0:
+        mark[:] = 0
+        for i in range(len(chosen)):
+            if abs(h[i]) > dry:
+                mark[i], chosen[count] = 1, i
+                count += 1
+    for c in range(count):
+        i = chosen[c]
+        if mark[i] == 2 or abs(h[i]) <= dry:
+            continue
+        mark[i] = 2
+        for p in range(stencils.first[i], stencils.first[i + 1]):
+            j = images.owner[stencils.partners[p]]
+            if mark[j] == 0:
+                mark[j], chosen[count] = 1, j
+                count += 1
     return count
 
 
@@ -113,27 +121,37 @@ def choose(h: Array, dry: float, stencils: Stencils, images: Images, mark: Indic
 def derivatives(now: Fields, chosen: Indices, stencils: Stencils, gains: Array) -> None:
     """Set what eqs. 12-13 need of the chosen points, in one pass over their supports (eq. 23).
 
+    Two sums run side by side, so that one does not wait for the other's last addition.
+
     gains : (n, 5), filled with the divergence of ``h u`` (m s-1), of the fluxes of momentum along and across
     (m2 s-2), and with the gradient of h (dimensionless).
     """
     h, u, v = now
     near, weights, own = stencils.neighbours, stencils.gradient, np.uint64(stencils.own)
+    x, y, size = np.uint64(0), np.uint64(1), near.shape[1]
     for c in range(len(chosen)):
         i = np.uint64(chosen[c])
         row = i * own
         mass = along = across = h_x = h_y = 0.0
-        for s in range(near.shape[1]):
-            s_ = np.uint64(s)
+        mass_ = along_ = across_ = h_x_ = h_y_ = 0.0
+        for s in range(0, size - 1, 2):
+            s_, t_ = np.uint64(s), np.uint64(s + 1)
+            j, k = np.uint64(near[i, s_]), np.uint64(near[i, t_])
+            part = h[j] * (weights[row, s_, x] * u[j] + weights[row, s_, y] * v[j])
+            part_ = h[k] * (weights[row, t_, x] * u[k] + weights[row, t_, y] * v[k])
+            h_x, h_x_ = h_x + weights[row, s_, x] * h[j], h_x_ + weights[row, t_, x] * h[k]
+            h_y, h_y_ = h_y + weights[row, s_, y] * h[j], h_y_ + weights[row, t_, y] * h[k]
+            mass, mass_ = mass + part, mass_ + part_
+            along, along_ = along + part * u[j], along_ + part_ * u[k]
+            across, across_ = across + part * v[j], across_ + part_ * v[k]
+        if size % 2:
+            s_ = np.uint64(size - 1)
             j = np.uint64(near[i, s_])
-            a, b = weights[row, s_, np.uint64(0)], weights[row, s_, np.uint64(1)]
-            h_j, u_j, v_j = h[j], u[j], v[j]
-            h_x += a * h_j
-            h_y += b * h_j
-            part = h_j * (a * u_j + b * v_j)
-            mass += part
-            along += part * u_j
-            across += part * v_j
-        gains[i, 0], gains[i, 1], gains[i, 2], gains[i, 3], gains[i, 4] = mass, along, across, h_x, h_y
+            part = h[j] * (weights[row, s_, x] * u[j] + weights[row, s_, y] * v[j])
+            h_x, h_y = h_x + weights[row, s_, x] * h[j], h_y + weights[row, s_, y] * h[j]
+            mass, along, across = mass + part, along + part * u[j], across + part * v[j]
+        gains[i, 0], gains[i, 1], gains[i, 2] = mass + mass_, along + along_, across + across_
+        gains[i, 3], gains[i, 4] = h_x + h_x_, h_y + h_y_
 
 
 @kernel()
@@ -211,7 +229,7 @@ def velocities(
     """Set depth and velocity of the chosen points from their momenta.
 
     In a film, up to ``film`` (m) deep, momentum divided by depth is noise: it takes the mean velocity of the
-    ``around`` nearest points, weighted by depth. What is dry has none.
+    ``around`` nearest points, weighted by depth. What is dry has neither velocity nor momentum.
     """
     h = q.h
     for c in range(len(chosen)):
@@ -219,7 +237,7 @@ def velocities(
         hu, hv, depth = q.hu[i], q.hv[i], h[i]
         now.h[i] = h[i]
         if h[i] <= dry:
-            now.u[i] = now.v[i] = 0.0
+            q.hu[i] = q.hv[i] = now.u[i] = now.v[i] = 0.0
             continue
         if h[i] < film:
             hu = hv = depth = 0.0

@@ -63,7 +63,8 @@ def images_of(operators: CollocationOperators, sides: Sides) -> Images:
                 sign[there, axis] *= -1
                 if kind == NO_SLIP:
                     sign[there, 1 - axis] *= -1
-    return Images(operators.source, sign, outward)
+    owner = np.concatenate([np.arange(operators.count), operators.source])
+    return Images(owner, sign, outward)
 
 
 def open_sides(operators: CollocationOperators, sides: Sides) -> Open:
@@ -117,13 +118,11 @@ class CollocationRun:
         x_active, _, y_active, *_ = self.material.pressure
         self.scratch = Scratch(
             Fields(*np.zeros((3, size))),
-            Momenta(*np.zeros((3, size))),
+            Momenta(h.copy(), h * u, h * v),
             Momenta(*np.zeros((3, size))),
             np.zeros((n, 5)),
             self.bed.normal[:n, None] * np.array([x_active, y_active]),
-            np.zeros(size, np.int64),
-            np.zeros(size, np.int64),
-            np.zeros(n, np.int64),
+            *np.zeros((3, n), np.int64),
         )
         self.record = Record(np.zeros(n), np.zeros(n), np.zeros(n), np.full(n, np.nan))
         self.progress = Progress(

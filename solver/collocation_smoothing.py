@@ -8,7 +8,7 @@ import numpy as np
 
 from solver.cloud_activity import CloudBed
 from solver.collocation_operators import Stencils
-from solver.collocation_residual import Images, Momenta, Scratch, fill_images, fold_marks, spread_marks
+from solver.collocation_residual import Images, Momenta, Scratch, fill_images, mirrored
 from solver.compiled import Array, Indices, kernel
 
 
@@ -30,128 +30,147 @@ class Relaxation(NamedTuple):
 
 @kernel()
 def lmls_value(values: Array, i: int, stencils: Stencils) -> float:
-    """LMLS value at point i (eq. 23)."""
+    """LMLS value at point i (eq. 23), from three sums side by side."""
     i_ = np.uint64(i)
-    row, total = i_ * np.uint64(stencils.own), 0.0
-    for s in range(stencils.neighbours.shape[1]):
-        s_ = np.uint64(s)
-        total += stencils.value[row, s_] * values[np.uint64(stencils.neighbours[i_, s_])]
-    return total
+    row, size = i_ * np.uint64(stencils.own), stencils.neighbours.shape[1]
+    total = second = third = 0.0
+    for s in range(0, size - 2, 3):
+        a, b, c = np.uint64(s), np.uint64(s + 1), np.uint64(s + 2)
+        total += stencils.value[row, a] * values[np.uint64(stencils.neighbours[i_, a])]
+        second += stencils.value[row, b] * values[np.uint64(stencils.neighbours[i_, b])]
+        third += stencils.value[row, c] * values[np.uint64(stencils.neighbours[i_, c])]
+    for s in range(size - size % 3, size):
+        a = np.uint64(s)
+        total += stencils.value[row, a] * values[np.uint64(stencils.neighbours[i_, a])]
+    return total + second + third
 
 
 @kernel()
 def flag_rough(
-    q: Momenta, chosen: Indices, stencils: Stencils, images: Images, how: Relaxation, scratch: Scratch
+    q: Momenta, chosen: Indices, stencils: Stencils, how: Relaxation, flag: Indices, value: Array
 ) -> None:
-    """Flag points whose depth is off its LMLS value (eq. 24), and mark those that exchange with them.
-
-    The value is put into ``scratch.smoothed.h``.
-    """
-    flag, mark = scratch.flag, scratch.mark
-    n = len(flag) - len(images.source)
-    flag[:n] = 0
-    mark[:] = 0
+    """Flag points whose depth is off its LMLS value (eq. 24); put that value into ``value``."""
+    flag[:] = 0
     for c in range(len(chosen)):
         i = chosen[c]
-        value = lmls_value(q.h, i, stencils)
-        scratch.smoothed.h[i] = value
-        if abs(q.h[i] - value) > how.threshold * max(abs(value), how.floor):
-            flag[i] = mark[i] = 1
-            spread_marks(mark, i, stencils)
-    for k in range(len(images.source)):
-        flag[n + k] = flag[images.source[k]]
-    fold_marks(mark, images)
+        value[i] = lmls_value(q.h, i, stencils)
+        if abs(q.h[i] - value[i]) > how.threshold * max(abs(value[i]), how.floor):
+            flag[i] = 1
+
+
+@kernel()
+def steepens_shock(q: Momenta, i: int, j: int, coordinates: Array, bed: CloudBed, dry: float) -> bool:
+    """Whether one of a pair is dry, or both close faster than waves travel between them."""
+    h, h_j = q.h[i], q.h[j]
+    if h <= dry or h_j <= dry:
+        return True
+    x, y = coordinates[j, 0] - coordinates[i, 0], coordinates[j, 1] - coordinates[i, 1]
+    closing = (q.hu[j] / h_j - q.hu[i] / h) * x + (q.hv[j] / h_j - q.hv[i] / h) * y
+    waves = 0.5 * (bed.normal[i] * h + bed.normal[j] * h_j) * (x * x + y * y)
+    in_shock: bool = closing < 0.0 and closing * closing > waves
+    return in_shock
 
 
 @kernel()
 def exchange(
-    q: Momenta,
-    chosen: Indices,
+    count: int,
     coordinates: Array,
-    stencils: Stencils,
-    bed: CloudBed,
-    dry: float,
-    how: Relaxation,
-    scratch: Scratch,
-) -> None:
-    """Relax by what pairs of points exchange if one of them is flagged; put the result into `smoothed`.
-
-    ``U_i += omega sum_j c_ij (U_j - U_i)`` with ``V_i c_ij = V_j c_ji``: volume moves, none is made. A
-    negative c_ij steepens; it is left out where one of a pair is dry, and where both close faster than waves
-    travel between them, in a shock: there it would make depths negative and drive what is shallow.
-    """
-    out, own = scratch.smoothed, stencils.own
-    for c in range(len(chosen)):
-        i = np.uint64(chosen[c])
-        h, hu, hv = q.h[i], q.hu[i], q.hv[i]
-        more = more_u = more_v = 0.0
-        if scratch.mark[i]:
-            first = stencils.first[i]
-            offset = np.uint64(first if own == 0 else 0)
-            flagged = scratch.flag[i]
-            for p in range(first, stencils.first[i + np.uint64(1)]):
-                p_ = np.uint64(p)
-                j = np.uint64(stencils.partners[p_])
-                if not (flagged or scratch.flag[j]):
-                    continue
-                size, h_j = stencils.exchange[p_ - offset], q.h[j]
-                if size < 0.0:
-                    if h <= dry or h_j <= dry:
-                        continue
-                    x, y = coordinates[j, 0] - coordinates[i, 0], coordinates[j, 1] - coordinates[i, 1]
-                    closing = (q.hu[j] / h_j - hu / h) * x + (q.hv[j] / h_j - hv / h) * y
-                    waves = 0.5 * (bed.normal[i] * h + bed.normal[j] * h_j) * (x * x + y * y)
-                    if closing < 0.0 and closing * closing > waves:
-                        continue
-                more += size * (h_j - h)
-                more_u += size * (q.hu[j] - hu)
-                more_v += size * (q.hv[j] - hv)
-        out.h[i] = h + how.omega * more
-        out.hu[i], out.hv[i] = hu + how.omega * more_u, hv + how.omega * more_v
-
-
-@kernel()
-def replace(q: Momenta, chosen: Indices, stencils: Stencils, how: Relaxation, scratch: Scratch) -> None:
-    """Relax flagged points toward their LMLS value (eq. 25); put the result into `smoothed`."""
-    out, omega = scratch.smoothed, how.omega
-    for c in range(len(chosen)):
-        i = chosen[c]
-        h, hu, hv = q.h[i], q.hu[i], q.hv[i]
-        if scratch.flag[i]:
-            h = omega * out.h[i] + (1.0 - omega) * h
-            hu = omega * lmls_value(q.hu, i, stencils) + (1.0 - omega) * hu
-            hv = omega * lmls_value(q.hv, i, stencils) + (1.0 - omega) * hv
-        out.h[i], out.hu[i], out.hv[i] = h, hu, hv
-
-
-@kernel()
-def relax(
-    q: Momenta,
-    chosen: Indices,
-    coordinates: Array,
+    area: Array,
     stencils: Stencils,
     images: Images,
     bed: CloudBed,
     dry: float,
     how: Relaxation,
     scratch: Scratch,
+) -> int:
+    """Relax by what pairs of points exchange if one of them is flagged.
+
+    ``U_i += omega sum_j c_ij (U_j - U_i)`` with ``V_i c_ij = V_j c_ji``: volume moves, none is made. A
+    negative c_ij steepens; it is left out where one of a pair is dry, and where both close in a shock: there
+    it would make depths negative and drive what is shallow.
+
+    Every pair is met at the flagged point of lower number. With the image of j, i exchanges what j does with
+    the image of i. Returns the number of points chosen, with those that an exchange reached.
+    """
+    q, change, flag, chosen = scratch.q, scratch.change, scratch.flag, scratch.chosen
+    n, listed = len(chosen), count
+    for c in range(count):
+        i = chosen[c]
+        change.h[i] = change.hu[i] = change.hv[i] = 0.0
+    for c in range(listed):
+        i = chosen[c]
+        if flag[i] == 0:
+            continue
+        offset = 0 if stencils.own else stencils.first[i]
+        for p in range(stencils.first[i], stencils.first[i + 1]):
+            g = stencils.partners[p]
+            j = images.owner[g]
+            if flag[j] and j < i:
+                continue
+            size = stencils.exchange[p - offset]
+            if size < 0.0 and steepens_shock(q, i, g, coordinates, bed, dry):
+                continue
+            size *= how.omega
+            change.h[i] += size * (q.h[g] - q.h[i])
+            change.hu[i] += size * (q.hu[g] - q.hu[i])
+            change.hv[i] += size * (q.hv[g] - q.hv[i])
+            if j == i:
+                continue
+            if scratch.mark[j] == 0:
+                scratch.mark[j], chosen[count] = 1, j
+                count += 1
+                change.h[j] = change.hu[j] = change.hv[j] = 0.0
+            size *= area[i] / area[j]
+            hu, hv = (q.hu[i], q.hv[i]) if g < n else mirrored(q.hu[i], q.hv[i], g - n, images)
+            change.h[j] += size * (q.h[i] - q.h[j])
+            change.hu[j] += size * (hu - q.hu[j])
+            change.hv[j] += size * (hv - q.hv[j])
+    return count
+
+
+@kernel()
+def replace(
+    q: Momenta, chosen: Indices, stencils: Stencils, omega: float, flag: Indices, change: Momenta
 ) -> None:
-    """Relax depth, and momentum if it is to be, of the chosen points; images follow."""
-    smoothed = scratch.smoothed
+    """Relax flagged points toward their LMLS value (eq. 25), which ``change.h`` holds of depth."""
+    for c in range(len(chosen)):
+        i = chosen[c]
+        change.h[i] = omega * (change.h[i] - q.h[i]) if flag[i] else 0.0
+        change.hu[i] = omega * (lmls_value(q.hu, i, stencils) - q.hu[i]) if flag[i] else 0.0
+        change.hv[i] = omega * (lmls_value(q.hv, i, stencils) - q.hv[i]) if flag[i] else 0.0
+
+
+@kernel()
+def relax(
+    count: int,
+    coordinates: Array,
+    area: Array,
+    stencils: Stencils,
+    images: Images,
+    bed: CloudBed,
+    dry: float,
+    how: Relaxation,
+    scratch: Scratch,
+) -> int:
+    """Relax depth, and momentum if it is to be, of the chosen points; images follow. Returns their number."""
+    q, change = scratch.q, scratch.change
     if how.omega > 0.0:
         fill_images(q.h, q.hu, q.hv, images)
-        flag_rough(q, chosen, stencils, images, how, scratch)
+        chosen = scratch.chosen[:count]
+        flag_rough(q, chosen, stencils, how, scratch.flag, change.h)
         if how.pairs:
-            exchange(q, chosen, coordinates, stencils, bed, dry, how, scratch)
+            count = exchange(count, coordinates, area, stencils, images, bed, dry, how, scratch)
         else:
-            replace(q, chosen, stencils, how, scratch)
-        for c in range(len(chosen)):
-            i = chosen[c]
-            q.h[i] = smoothed.h[i]
+            replace(q, chosen, stencils, how.omega, scratch.flag, change)
+        for c in range(count):
+            i = scratch.chosen[c]
+            q.h[i] += change.h[i]
             if how.momentum:
-                q.hu[i], q.hv[i] = smoothed.hu[i], smoothed.hv[i]
+                q.hu[i] += change.hu[i]
+                q.hv[i] += change.hv[i]
     if how.clip:
-        for c in range(len(chosen)):
-            i = chosen[c]
+        for c in range(count):
+            i = scratch.chosen[c]
             q.h[i] = max(q.h[i], 0.0)
     fill_images(q.h, q.hu, q.hv, images)
+    return count

@@ -73,11 +73,12 @@ def advance_collocation(
     while progress.time[0] < target:
         if progress.steps[0] >= max_steps:
             return OUT_OF_STEPS
-        remaining, dt = target - progress.time[0], 0.0
+        remaining, dt, count = target - progress.time[0], 0.0, 0
         start.h[:], start.u[:], start.v[:] = now.h, now.u, now.v
         for k in range(len(parts)):
             fill_images(now.h, now.u, now.v, images)
-            chosen = scratch.chosen[: choose(now.h, dry, stencils, images, scratch.mark, scratch.chosen)]
+            count = choose(now.h, dry, count, stencils, images, scratch.mark, scratch.chosen)
+            chosen = scratch.chosen[:count]
             derivatives(now, chosen, stencils, scratch.gains)
             if k == 0:
                 rate = earth_pressure(now, chosen, stencils, bed, material, scratch.beta)
@@ -86,9 +87,9 @@ def advance_collocation(
                     return COLLAPSED
             account_open(now, sides, share_of_step(parts, k) * dt, progress.ledger)
             update(now, chosen, bed, material, parts[k], dt, scratch)
-            relax(scratch.q, chosen, coordinates, stencils, images, bed, dry, how, scratch)
-            velocities(scratch.q, chosen, stencils, dry, film, around, now)
-            progress.cell_stages[0] += len(chosen)
+            progress.cell_stages[0] += count
+            count = relax(count, coordinates, area, stencils, images, bed, dry, how, scratch)
+            velocities(scratch.q, scratch.chosen[:count], stencils, dry, film, around, now)
         progress.time[0] = target if dt == remaining else progress.time[0] + dt
         progress.steps[0] += 1
         if not record_cells(now, n, dry, threshold, record, progress):
