@@ -38,6 +38,8 @@ def _title(loc: tuple[str, ...]) -> str | None:
             return None
         case ("points", kind):
             return f"`points`, layout `{kind}`"
+        case ("scheme", kind):
+            return f"`scheme`, form `{kind}`"
         case ("points", "graded", *rest):
             return f"`points`, `{'.'.join(rest)}` of layout `graded`"
         case ("release", "one", kind):

@@ -10,7 +10,7 @@ from pydantic import BeforeValidator, Discriminator, Field, Tag, model_validator
 from pipeline.mistakes import describe
 from pipeline.points_settings import Points, Region
 from pipeline.release_settings import AnyRelease
-from pipeline.scheme_settings import Scheme, WeightedResidual
+from pipeline.scheme_settings import Collocation, Scheme, WeightedResidual
 from pipeline.section import FrictionAngle, Positive, Section, key, relation
 from pipeline.terrain_settings import Terrain
 
@@ -170,6 +170,15 @@ class Settings(Section):
         if count > most:
             at = "points.count" if getattr(self.points, "count", None) else "points.spacing"
             raise relation(f"expected at most {most:,} points, found {count:.3g}", at, "domain")
+        return self
+
+    @model_validator(mode="after")
+    def _possible(self) -> Settings:
+        if isinstance(self.scheme, Collocation):
+            for side, stands in self.boundaries:
+                if isinstance(stands, GivenDepth):
+                    found = "expected open, wall or no-slip with form collocation, found a given depth"
+                    raise relation(found, f"boundaries.{side}", "scheme.form")
         return self
 
     @property

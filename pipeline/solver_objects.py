@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pipeline import points_settings, release_settings, terrain_settings
+from pipeline import points_settings, release_settings, scheme_settings, terrain_settings
 from pipeline.elevation_table import ElevationTable
 from pipeline.point_file import PointFile
-from pipeline.scheme_settings import Scheme
 from pipeline.settings import Material, Settings
 from solver import release, rheology, terrain
 from solver.lattice import Lattice
@@ -15,7 +14,7 @@ from solver.lattice import Lattice
 if TYPE_CHECKING:
     # compiled code takes longer to import than a scenario to check
     from solver.point_cloud import PointCloud
-    from solver.scene import WeightedResidual
+    from solver.scene import Scheme
 
 _SHAPES: dict[str, type[release.Release]] = {
     "hemisphere": release.Hemisphere,
@@ -56,11 +55,12 @@ def points(settings: Settings, file: PointFile | None = None) -> Lattice | Point
             return point_cloud.given_points(file.points, x, y)
 
 
-def scheme(settings: Scheme) -> WeightedResidual:
+def scheme(settings: scheme_settings.Scheme) -> Scheme:
     """Make the scheme."""
-    from solver.scene import WeightedResidual
+    from solver import scene
 
-    return WeightedResidual(**settings.model_dump(exclude={"form"}))
+    kind = scene.Collocation if isinstance(settings, scheme_settings.Collocation) else scene.WeightedResidual
+    return kind(**settings.model_dump(exclude={"form"}))
 
 
 def extent(settings: Settings) -> tuple[tuple[float, float], tuple[float, float]]:

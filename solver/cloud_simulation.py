@@ -31,7 +31,7 @@ def operators_of(scene: Scene) -> CloudOperators:
     wanted = scheme.support, scheme.degree, scheme.weight_shape
     if given is None:
         return prepare(cloud, *wanted)
-    if not given.belong_to(cloud):
+    if not isinstance(given, CloudOperators) or not given.belong_to(cloud):
         raise ValueError("the operators given are those of another cloud")
     found = given.support, given.degree, given.weight_shape
     if found != wanted:

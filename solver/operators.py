@@ -6,22 +6,24 @@ from collections.abc import Hashable
 
 from solver.cloud_operators import CloudOperators
 from solver.cloud_operators import prepare as prepare_cloud
-
+from solver.collocation_operators import CollocationOperators, prepare_collocation
 from solver.lattice import Lattice
 from solver.point_cloud import PointCloud
-from solver.scene import WeightedResidual
+from solver.scene import Collocation, Scheme
 
-Operators = CloudOperators
+Operators = CloudOperators | CollocationOperators
 
 
-def key(points: Lattice | PointCloud, scheme: WeightedResidual) -> Hashable:
+def key(points: Lattice | PointCloud, scheme: Scheme) -> Hashable:
     """Give what the operators of a scheme depend on beside the points; None where it needs none."""
+    if isinstance(scheme, Collocation):
+        return "collocation", scheme.support, scheme.degree, scheme.weight_shape, scheme.derivative
     if isinstance(points, Lattice):
         return None
     return scheme.support, scheme.degree, scheme.weight_shape
 
 
-def prepare(points: Lattice | PointCloud, scheme: WeightedResidual) -> Operators | None:
+def prepare(points: Lattice | PointCloud, scheme: Scheme) -> Operators | None:
     """Make the operators that `solver.scene.Scene` takes for runs of a scheme; None where it needs none.
 
     Raises
@@ -29,6 +31,10 @@ def prepare(points: Lattice | PointCloud, scheme: WeightedResidual) -> Operators
     ValueError
         If a support cannot carry the basis; the message names the points.
     """
+    if isinstance(scheme, Collocation):
+        return prepare_collocation(
+            points, scheme.support, scheme.degree, scheme.weight_shape, scheme.derivative
+        )
     if isinstance(points, Lattice):
         return None
     return prepare_cloud(points, scheme.support, scheme.degree, scheme.weight_shape)

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from solver.cloud_operators import CloudOperators
+from solver.collocation_operators import CollocationOperators, DerivativeName
 from solver.compiled import Array
 from solver.lattice import Lattice
 from solver.point_cloud import PointCloud
@@ -45,13 +46,67 @@ class WeightedResidual:
 
 
 @dataclass(frozen=True)
+class Collocation:
+    """Numerical choices of the collocation form (eqs. 12-25). A part is one of the largest initial depth.
+
+    support, degree, weight_shape : points of a support, degree of the LMLS basis, c of eq. 18.
+    derivative : "full" (MLS), or "diffuse" as eq. 23 is printed (WLS).
+    relaxation : omega of eq. 25; 0 relaxes nothing. threshold : of eq. 24. floor : least depth that eq. 24
+    divides by, part.
+    smoothing : "pairs" exchanges between pairs of points and makes no volume; "printed" replaces by eq. 25,
+    to the letter with a relaxation of 1. smoothed : "all" of h, hu and hv, or "depth" alone.
+    clip : set negative depths to zero, which makes volume.
+    film : depth below which a point takes the mean velocity of the flow around it, part; 0 for none.
+    cfl : Courant number, ``dt max((|u| + c_x) sum |D_x| + (|v| + c_y) sum |D_y|)``, D the derivative weights.
+    wet_limit : depth up to which a point counts as dry and does not move, part.
+    rest_share : share of the released volume that may still move in a run that counts as at rest.
+
+    Raises
+    ------
+    ValueError
+        If a choice is out of its range or unknown.
+    """
+
+    support: int = 49
+    degree: int = 2
+    weight_shape: float = 9.0
+    derivative: DerivativeName = "full"
+    relaxation: float = 0.5
+    threshold: float = 0.02
+    floor: float = 5e-3
+    smoothing: Literal["pairs", "printed"] = "pairs"
+    smoothed: Literal["all", "depth"] = "all"
+    clip: bool = False
+    film: float = 5e-3
+    cfl: float = 0.7
+    wet_limit: float = 1e-4
+    rest_share: float = 1e-4
+
+    def __post_init__(self) -> None:
+        for name, known in (
+            ("derivative", ("full", "diffuse")),
+            ("smoothing", ("pairs", "printed")),
+            ("smoothed", ("all", "depth")),
+        ):
+            if getattr(self, name) not in known:
+                raise ValueError(f"{name} must be one of {', '.join(known)}, not {getattr(self, name)!r}")
+        if not 0 <= self.relaxation <= 1:
+            raise ValueError(f"relaxation must be between 0 and 1, not {self.relaxation}")
+        if not min(self.threshold, self.floor, self.film) >= 0:
+            raise ValueError("threshold, floor and film must not be negative")
+
+
+Scheme = WeightedResidual | Collocation
+
+
+@dataclass(frozen=True)
 class Scene:
     """One run: where, what, and by which laws.
 
     points : a lattice of shape (ny, nx), or a cloud of shape (n,).
     depth, velocity_x, velocity_y : initial state, means over the cells, of the points' shape, m and m s-1.
-    operators : from `solver.cloud_operators.prepare` for runs that share a cloud; by default a run on a cloud
-    makes its own.
+    operators : from `solver.operators.prepare` for runs that share points and choices; by default a run makes
+    its own.
     """
 
     points: Lattice | PointCloud
@@ -63,5 +118,5 @@ class Scene:
     earth_pressure: EarthPressure = field(default_factory=Isotropic)
     gravity: float = 9.81
     boundaries: Boundaries = field(default_factory=Boundaries)
-    scheme: WeightedResidual = field(default_factory=WeightedResidual)
-    operators: CloudOperators | None = None
+    scheme: Scheme = field(default_factory=WeightedResidual)
+    operators: CloudOperators | CollocationOperators | None = None

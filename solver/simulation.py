@@ -11,16 +11,18 @@ import numpy as np
 from solver import time_stepping
 from solver.boundary import OPEN
 from solver.cloud_simulation import CloudRun
+from solver.collocation_run import CollocationRun
 from solver.compiled import Array
 from solver.lattice import Lattice
 from solver.lattice_run import LatticeRun
 from solver.rheology import Coulomb
 from solver.run_setup import Run
-from solver.scene import Boundaries, Scene, WeightedResidual
+from solver.scene import Boundaries, Collocation, Scene, WeightedResidual
 from solver.terrain import Plane
 
 __all__ = [
     "Boundaries",
+    "Collocation",
     "Failure",
     "Ledger",
     "Result",
@@ -135,11 +137,7 @@ def simulate(
     increasing = frames.ndim == 1 and len(frames) and frames[0] >= 0 and (np.diff(frames) > 0).all()
     if not increasing or not np.isfinite(frames).all():
         raise ValueError("times must be one or more increasing finite numbers, the first at least 0")
-    run: Run
-    if isinstance(scene.points, Lattice):
-        run = LatticeRun(scene, frames[-1], arrival_depth, whole=not skip)
-    else:
-        run = CloudRun(scene, frames[-1], arrival_depth)
+    run = _begin(scene, float(frames[-1]), arrival_depth, skip)
     shape = (len(frames), *scene.points.shape)
     depth, velocity_x, velocity_y = np.full((3, *shape), np.nan)
     rest_time, failure = np.nan, None
@@ -182,6 +180,15 @@ def simulate(
         cpu,
         failure,
     )
+
+
+def _begin(scene: Scene, end: float, arrival_depth: float, skip: bool) -> Run:
+    """Make the run that a scene's points and scheme ask for."""
+    if isinstance(scene.scheme, Collocation):
+        return CollocationRun(scene, end, arrival_depth)
+    if isinstance(scene.points, Lattice):
+        return LatticeRun(scene, end, arrival_depth, whole=not skip)
+    return CloudRun(scene, end, arrival_depth)
 
 
 def compile_kernels() -> None:

@@ -12,7 +12,7 @@ from pipeline import scenario_reference, solver_objects
 from pipeline.elevation_table import read
 from pipeline.scenario import differences, json_schema, load
 from pipeline.settings import Settings
-from solver.simulation import WeightedResidual
+from solver.simulation import Collocation, WeightedResidual
 
 ROOT = Path(__file__).parents[1]
 CATALOGUE = sorted(ROOT.glob("scenarios/*.yaml"))
@@ -49,6 +49,8 @@ def test_defaults_are_filled_in(scenario_file):
 def test_the_defaults_of_the_scheme_are_those_of_the_solver(scenario_file):
     scheme = load([scenario_file()])[0].settings.scheme
     assert solver_objects.scheme(scheme) == WeightedResidual()
+    scheme = load([scenario_file(name="other", more="scheme: {form: collocation}\n")])[0].settings.scheme
+    assert solver_objects.scheme(scheme) == Collocation()
 
 
 def test_settings_are_frozen(scenario_file):

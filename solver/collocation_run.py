@@ -1,0 +1,203 @@
+"""One run of the collocation form, on a lattice or a cloud: its arrays, and what the kernels do to them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from solver.boundary import DEPTH, NO_SLIP, OPEN, Fields, Sides
+from solver.cloud_activity import CloudBed
+from solver.cloud_stepping import record_cells
+from solver.collocation_operators import CollocationOperators, prepare_collocation
+from solver.collocation_residual import Images, Momenta, Open, Scratch
+from solver.collocation_smoothing import Relaxation
+from solver.collocation_stepping import advance_collocation
+from solver.compiled import Array
+from solver.run_setup import gravity_along_and_normal, material_of, sides_of, state_of
+from solver.scene import Collocation, Scene
+from solver.time_stepping import SSP_RK3, Progress, Record
+
+# Points, the one itself among them, whose mean velocity a film takes: those that touch it on a lattice.
+AROUND = 9
+
+
+def operators_of(scene: Scene, scheme: Collocation) -> CollocationOperators:
+    """Give the operators of a scene, made now if it has none.
+
+    Raises
+    ------
+    ValueError
+        If those given are not of the scene's points and scheme, or a support cannot carry the basis.
+    """
+    given = scene.operators
+    wanted = scheme.support, scheme.degree, scheme.weight_shape, scheme.derivative
+    if given is None:
+        return prepare_collocation(scene.points, *wanted)
+    if not isinstance(given, CollocationOperators) or not given.belong_to(scene.points):
+        raise ValueError("the operators given are not those of the collocation form on these points")
+    found = given.support, given.degree, given.weight_shape, given.derivative
+    if found != wanted:
+        raise ValueError(f"the operators given have the choices {found}, the scheme {wanted}")
+    return given
+
+
+def images_of(operators: CollocationOperators, sides: Sides) -> Images:
+    """Say how images mirror velocities: inward ones turn outward beyond an open side, so that nothing enters.
+
+    Raises
+    ------
+    ValueError
+        If a side has a given depth, or a wall stands across a slope steeper than friction.
+    """
+    if (sides.kind == DEPTH).any():
+        raise ValueError("the collocation form knows no given depth at a side")
+    if (sides.lean[sides.kind != OPEN] != 0).any():
+        raise ValueError("the collocation form knows no walls across a slope steeper than friction")
+    sign, outward = np.ones(operators.beyond.shape), np.zeros(operators.beyond.shape, dtype=np.int64)
+    for axis in (0, 1):
+        for k, end in enumerate((-1, 1)):
+            there, kind = operators.beyond[:, axis] == end, sides.kind[2 * axis + k]
+            if kind == OPEN:
+                outward[there, axis] = 1
+                sign[there, axis] *= end
+            else:
+                sign[there, axis] *= -1
+                if kind == NO_SLIP:
+                    sign[there, 1 - axis] *= -1
+    owner = np.concatenate([np.arange(operators.count), operators.source])
+    return Images(owner, sign, outward)
+
+
+def open_sides(operators: CollocationOperators, sides: Sides) -> Open:
+    """List what open sides let out, by side; an image in a corner belongs to the side in x if open."""
+    n, stencils = operators.count, operators.stencils
+    side = np.full(len(operators.area), -1)
+    for axis in (1, 0):
+        for k, end in enumerate((-1, 1)):
+            if sides.kind[2 * axis + k] == OPEN:
+                side[n:][operators.beyond[:, axis] == end] = 2 * axis + k
+    point, s = np.nonzero(side[stencils.neighbours] >= 0)
+    image = stencils.neighbours[point, s].astype(np.int64)
+    weight = operators.area[point, None] * stencils.gradient[point * stencils.own, s]
+    order = np.argsort(side[image], kind="stable")
+    return Open(point[order], image[order], side[image][order], weight[order])
+
+
+class CollocationRun:
+    """The arrays of one run; points are followed by their images."""
+
+    def __init__(self, scene: Scene, end: float, arrival_depth: float) -> None:
+        scheme = scene.scheme
+        if not isinstance(scheme, Collocation):
+            raise TypeError(f"a collocation run needs its scheme, not a {type(scheme).__name__}")
+        self.scene, self.end, self.arrival_depth, self.cfl = scene, end, arrival_depth, scheme.cfl
+        self.operators = operators = operators_of(scene, scheme)
+        initial = state_of(scene)
+        self.sides = sides_of(scene)
+        self.material = material_of(scene, initial[0], self.sides)
+        self.images = images_of(operators, self.sides)
+        self.open = open_sides(operators, self.sides)
+        n, size = operators.count, len(operators.area)
+        wet = initial[0] > self.material.dry
+        h, u, v = (
+            np.pad(np.where(wet | (k == 0), a, 0.0).ravel(), (0, size - n)) for k, a in enumerate(initial)
+        )
+        self.now = Fields(h, u, v)
+        x, y = (a.ravel() for a in scene.points.coordinates)
+        bed = (*gravity_along_and_normal(scene, x, y), scene.terrain.curvature(x, y))
+        self.bed = CloudBed(*(np.concatenate([a, a[operators.source]]) for a in bed))
+        deepest = float(initial[0].max())
+        self.relaxation = Relaxation(
+            scheme.relaxation,
+            scheme.threshold,
+            scheme.floor * deepest,
+            int(scheme.smoothing == "pairs"),
+            int(scheme.smoothed == "all"),
+            int(scheme.clip),
+        )
+        self.film = scheme.film * deepest
+        x_active, _, y_active, *_ = self.material.pressure
+        self.scratch = Scratch(
+            Fields(*np.zeros((3, size))),
+            Momenta(h.copy(), h * u, h * v),
+            Momenta(*np.zeros((3, size))),
+            np.zeros((n, 5)),
+            self.bed.normal[:n, None] * np.array([x_active, y_active]),
+            *np.zeros((3, n), np.int64),
+        )
+        self.record = Record(np.zeros(n), np.zeros(n), np.zeros(n), np.full(n, np.nan))
+        self.progress = Progress(
+            np.zeros(1), np.zeros(1, np.int64), np.zeros(1, np.int64), np.zeros((4, 2)), np.full(1, -1)
+        )
+        self.rest_volume = scheme.rest_share * self.volume
+        record_cells(self.now, n, self.material.dry, arrival_depth, self.record, self.progress)
+
+    def advance(self, target: float, max_steps: int | None) -> int:
+        """Step to ``target``, s; say why it stopped."""
+        operators = self.operators
+        return int(
+            advance_collocation(
+                self.now,
+                operators.coordinates,
+                operators.area,
+                operators.stencils,
+                self.images,
+                self.open,
+                self.bed,
+                self.material,
+                self.relaxation,
+                self.film,
+                min(AROUND, operators.stencils.neighbours.shape[1]),
+                self.scratch,
+                SSP_RK3,
+                self.cfl,
+                target,
+                self.end,
+                np.iinfo(np.int64).max if max_steps is None else max_steps,
+                self.rest_volume,
+                self.arrival_depth,
+                self.record,
+                self.progress,
+            )
+        )
+
+    def settle(self) -> None:
+        """Stop what little still moves."""
+        self.now.u[:] = self.now.v[:] = 0.0
+
+    @property
+    def time(self) -> float:
+        """Time reached, s."""
+        return float(self.progress.time[0])
+
+    @property
+    def state(self) -> tuple[Array, Array, Array]:
+        """Depth (m) and velocity (m s-1) of the points, copies of their shape."""
+        n, shape = self.operators.count, self.scene.points.shape
+        h, u, v = (a[:n].reshape(shape).copy() for a in self.now)
+        return h, u, v
+
+    @property
+    def volume(self) -> float:
+        """Volume in the domain, m3: the sum of depth times area, negative depths included."""
+        n = self.operators.count
+        return float(self.now.h[:n] @ self.operators.area[:n])
+
+    @property
+    def ledger(self) -> Array:
+        """Volumes that came in and left through each side, shape (4, 2), m3."""
+        return self.progress.ledger
+
+    @property
+    def maxima(self) -> Record:
+        """Maxima over the steps, copies of the shape of the points."""
+        depth, speed_squared, momentum_flux, arrival = (
+            values.reshape(self.scene.points.shape).copy() for values in self.record
+        )
+        return Record(depth, speed_squared, momentum_flux, arrival)
+
+    @property
+    def place(self) -> tuple[float, float]:
+        """Where a value was not finite, x and y in m; NaN if none was."""
+        i = self.progress.place[0]
+        x, y = self.operators.coordinates[i]
+        return (float(x), float(y)) if i >= 0 else (np.nan, np.nan)
