@@ -188,14 +188,21 @@ def test_a_support_that_cannot_carry_the_basis_is_told_before_anything_is_writte
 @pytest.mark.parametrize(
     ("lines", "message"),
     [
-        ("scheme: {form: galerkin}", "9:16: scheme.form: expected one of weighted-residual, collocation, found 'galerkin'"),
-        ("scheme: {form: collocation, support: 4}", "9:38: scheme.support: expected a number of at least 6, found 4"),
+        (
+            "scheme: {form: galerkin}",
+            "9:16: scheme.form: expected one of weighted-residual, collocation, found 'galerkin'",
+        ),
+        (
+            "scheme: {form: collocation, support: 4}",
+            "9:38: scheme.support: expected a number of at least 6, found 4",
+        ),
         (
             "scheme: {form: collocation}\nboundaries: {x_min: {depth: 0.1}}",
-            "10:21: boundaries.x_min: expected open, wall or no-slip with form collocation, found a given depth",
+            "10:21: boundaries.x_min: expected open, wall or no-slip with form collocation, "
+            "found a given depth",
         ),
     ],
-)  # fmt: skip
+)
 def test_a_mistake_in_the_scheme_is_told_with_its_place(scenario_file, lines, message):
     with pytest.raises(BadInput) as refused:
         load([scenario_file(more=f"{lines}\n")])
