@@ -73,7 +73,7 @@ class Collocation:
     derivative: DerivativeName = "full"
     relaxation: float = 0.5
     threshold: float = 0.02
-    floor: float = 5e-3
+    floor: float = 1e-3
     smoothing: Literal["pairs", "printed"] = "pairs"
     smoothed: Literal["all", "depth"] = "all"
     clip: bool = False
