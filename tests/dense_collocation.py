@@ -42,23 +42,25 @@ class DenseCollocation:
     def mean_exchange(self, operators):
         """(V_i S_ij + V_j S_ji) / (2 V_i), where the image of j is to i what that of i is to j."""
         owner, n = self.images.owner, self.n
-        kind = np.concatenate([np.zeros(n), 3 * operators.beyond[:, 0] + operators.beyond[:, 1]])
-        asked, wanted = self.area[:, None] * self.value, np.zeros_like(self.value)
-        # in a narrow domain a point has several images of one kind: told apart by where they stand
-        shift = np.round(
-            operators.coordinates
-            - operators.coordinates[owner]
-            * np.where(np.concatenate([np.zeros((n, 2)), operators.beyond]) == 0, 1, -1),
-            6,
-        )
-        _, sort = np.unique(np.c_[kind, shift], axis=0, return_inverse=True)
-        for k in np.unique(sort):
-            members = np.flatnonzero(sort == k)
-            square = np.zeros((n, n))
-            square[:, owner[members]] = asked[:, members]
-            wanted[:, members] = (0.5 * (square + square.T))[:, owner[members]]
+        # in a narrow domain a point has several images of one kind: told apart by what moves it there
+        mirror = np.where(np.concatenate([np.zeros((n, 2)), operators.beyond]) == 0, 1, -1)
+        moved = np.round(operators.coordinates - operators.coordinates[owner] * mirror, 6)
+        _, kind = np.unique(np.c_[mirror, moved], axis=0, return_inverse=True)
+        self.kinds = [np.flatnonzero(kind == k) for k in np.unique(kind)]
+        asked = self.area[:, None] * self.value
+        wanted = 0.5 * (asked + self.seen_from_there(asked))
         wanted[np.arange(n), np.arange(n)] = 0
         return wanted / self.area[:, None]
+
+    def seen_from_there(self, pairs):
+        """Of each pair of i and an image of j, what holds for j and the same image of i; (n, columns)."""
+        there = np.zeros_like(pairs)
+        for members in self.kinds:
+            points = self.images.owner[members]
+            square = np.zeros((self.n, self.n), pairs.dtype)
+            square[:, points] = pairs[:, members]
+            there[:, members] = square.T[:, points]
+        return there
 
     def filled(self, h, a, b):
         """Points and images of depth and of velocity or momentum."""
@@ -90,7 +92,11 @@ class DenseCollocation:
         value = self.value @ full[0]
         flag = np.abs(h - value) > scheme.threshold * np.maximum(np.abs(value), self.floor)
         if scheme.smoothing == "pairs":
-            use = (flag[:, None] | flag[owner]) & ~((self.exchange < 0) & self.steepens(*full))
+            steepens = self.steepens(*full)
+            # a pair is met at the flagged point of lower number
+            mine = flag[:, None] & (~flag[owner] | (np.arange(n)[:, None] <= owner))
+            steepens = np.where(mine, steepens, self.seen_from_there(steepens))
+            use = (flag[:, None] | flag[owner]) & ~((self.exchange < 0) & steepens)
             weights = scheme.relaxation * np.where(use, self.exchange, 0.0)
             changes = [weights @ q - weights.sum(axis=1) * q[:n] for q in full]
         else:
