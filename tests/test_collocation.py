@@ -200,7 +200,7 @@ def test_a_heap_below_the_friction_angle_is_at_rest_after_a_step():
 
 @pytest.mark.parametrize(
     ("points", "volume"),
-    [(Lattice(X, Y, 0.2), 1e-3), (random_points(X, Y, 8_000, 1), 3e-3)],
+    [(Lattice(X, Y, 0.2), 1e-3), (random_points(X, Y, 6_000, 1), 3e-3)],
     ids=["lattice", "cloud"],
 )
 def test_the_chute_runs_to_24_beside_the_conservative_form(points, volume):
