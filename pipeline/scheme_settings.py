@@ -42,7 +42,7 @@ class Collocation(Section):
     )
     relaxation: Annotated[float, Field(ge=0, le=1)] = key("omega of eq. 25; 0 relaxes nothing", default=0.5)
     threshold: Annotated[float, Field(ge=0)] = key("threshold of eq. 24", default=0.02)
-    floor: Annotated[float, Field(ge=0)] = key("least depth that eq. 24 divides by, as a part", default=5e-3)
+    floor: Annotated[float, Field(ge=0)] = key("least depth that eq. 24 divides by, as a part", default=1e-3)
     smoothing: Literal["pairs", "printed"] = key(
         "`pairs` exchanges between pairs of points and makes no volume; `printed` replaces by eq. 25, "
         "to the letter with a relaxation of 1",

@@ -36,9 +36,9 @@ class Momenta(NamedTuple):
 
 
 class Open(NamedTuple):
-    """What open sides let out: pairs of a point and an image in its support beyond an open side.
+    """What open sides let out: pairs of a point and an image beyond an open side, as `open_sides` lists them.
 
-    point, image, side : (m,). weight : (m, 2), the point's area times its derivative weights, m.
+    point, image, side : (m,). weight : (m, 2), of the momentum of both along and across, m.
     """
 
     point: Indices
@@ -252,8 +252,7 @@ def velocities(
 def account_open(now: Fields, sides: Open, duration: float, ledger: Array) -> None:
     """Add to the ledger (4, 2), m3, what open sides let out within a duration, s.
 
-    The sum over points of ``V_i sum_j D_ij (q_j + q_i)``, j the images beyond the side: what the sum of all
-    derivatives is short of where D is odd, as on a lattice.
+    The sum over pairs of ``weight . (q_i + q_j)``; on a lattice the weight is ``V_i D_ij``.
     """
     before, rate = -1, 0.0
     for k in range(len(sides.point)):

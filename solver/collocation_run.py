@@ -12,9 +12,11 @@ from solver.collocation_residual import Images, Momenta, Open, Scratch
 from solver.collocation_smoothing import Relaxation
 from solver.collocation_stepping import advance_collocation
 from solver.compiled import Array
+from solver.lattice import Lattice
 from solver.run_setup import gravity_along_and_normal, material_of, sides_of, state_of
 from solver.scene import Collocation, Scene
 from solver.time_stepping import SSP_RK3, Progress, Record
+from solver.voronoi import SIDE_NORMALS
 
 # Points, the one itself among them, whose mean velocity a film takes: those that touch it on a lattice.
 AROUND = 9
@@ -68,16 +70,33 @@ def images_of(operators: CollocationOperators, sides: Sides) -> Images:
 
 
 def open_sides(operators: CollocationOperators, sides: Sides) -> Open:
-    """List what open sides let out, by side; an image in a corner belongs to the side in x if open."""
+    """List the pairs of point and image by which what leaves through open sides is measured, side by side.
+
+    On a lattice, where derivatives are odd, all pairs that one of them connects: their sum is then exactly
+    what the volume is short of; an image in a corner belongs to the side in x if that is open. On a cloud,
+    the points beside the side and their own images, by the length of the side that they own.
+    """
     n, stencils = operators.count, operators.stencils
     side = np.full(len(operators.area), -1)
     for axis in (1, 0):
         for k, end in enumerate((-1, 1)):
             if sides.kind[2 * axis + k] == OPEN:
                 side[n:][operators.beyond[:, axis] == end] = 2 * axis + k
-    point, s = np.nonzero(side[stencils.neighbours] >= 0)
-    image = stencils.neighbours[point, s].astype(np.int64)
-    weight = operators.area[point, None] * stencils.gradient[point * stencils.own, s]
+    if isinstance(operators.points, Lattice):
+        point, s = np.nonzero(side[stencils.neighbours] >= 0)
+        image = stencils.neighbours[point, s].astype(np.int64)
+        weight = operators.area[point, None] * stencils.gradient[0, s]
+    else:
+        cells = operators.points.control_volumes
+        beside = np.flatnonzero(sides.kind[cells.side] == OPEN)
+        point, across = cells.side_cell[beside], cells.side[beside]
+        own = {
+            (int(i), int(side[n + k])): n + k
+            for k, i in enumerate(operators.source)
+            if np.abs(operators.beyond[k]).sum() == 1
+        }
+        image = np.array([own[i, k] for i, k in zip(point.tolist(), across.tolist(), strict=True)], np.int64)
+        weight = 0.5 * cells.side_length[beside, None] * SIDE_NORMALS[across]
     order = np.argsort(side[image], kind="stable")
     return Open(point[order], image[order], side[image][order], weight[order])
 

@@ -73,7 +73,7 @@ class Collocation:
     derivative: DerivativeName = "full"
     relaxation: float = 0.5
     threshold: float = 0.02
-    floor: float = 5e-3
+    floor: float = 1e-3
     smoothing: Literal["pairs", "printed"] = "pairs"
     smoothed: Literal["all", "depth"] = "all"
     clip: bool = False
@@ -92,8 +92,9 @@ class Collocation:
                 raise ValueError(f"{name} must be one of {', '.join(known)}, not {getattr(self, name)!r}")
         if not 0 <= self.relaxation <= 1:
             raise ValueError(f"relaxation must be between 0 and 1, not {self.relaxation}")
-        if not min(self.threshold, self.floor, self.film) >= 0:
-            raise ValueError("threshold, floor and film must not be negative")
+        for name in ("threshold", "floor", "film"):
+            if not getattr(self, name) >= 0:
+                raise ValueError(f"{name} must not be negative, but it is {getattr(self, name)}")
 
 
 Scheme = WeightedResidual | Collocation
