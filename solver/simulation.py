@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from time import perf_counter, thread_time
 
@@ -32,6 +32,7 @@ __all__ = [
     "simulate",
 ]
 
+FRAMES = ("depth", "velocity_x", "velocity_y")
 REASONS = {
     time_stepping.OUT_OF_STEPS: "more steps than allowed",
     time_stepping.NOT_FINITE: "a value that is not finite",
@@ -104,6 +105,7 @@ def simulate(
     arrival_depth: float = 0.0,
     stop_at_rest: bool = True,
     max_steps: int | None = None,
+    frames: Collection[str] = FRAMES,
     skip: bool = True,
 ) -> Result:
     """Run a scene to the last of ``times``, with frames at each of them.
@@ -123,6 +125,8 @@ def simulate(
         Let ``time`` end where all is at rest; otherwise it goes on to the last frame. Frames are the same.
     max_steps : int, optional
         Steps after which the run fails.
+    frames : collection of str
+        Of depth, velocity_x and velocity_y those to keep at the times; the others have no frames, (0, ...).
     skip : bool
         Leave out what the scene does not need. The result is the same to the last bit, but for times and
         ``cell_stages``.
@@ -133,19 +137,20 @@ def simulate(
         If times do not increase, an array has a wrong shape, a negative depth or a value not finite, a
         side is neither a kind nor a depth, or operators are those of another cloud or scheme.
     """
-    frames = np.asarray(times, dtype=np.float64)
-    increasing = frames.ndim == 1 and len(frames) and frames[0] >= 0 and (np.diff(frames) > 0).all()
-    if not increasing or not np.isfinite(frames).all():
+    moments = np.asarray(times, dtype=np.float64)
+    increasing = moments.ndim == 1 and len(moments) and moments[0] >= 0 and (np.diff(moments) > 0).all()
+    if not increasing or not np.isfinite(moments).all():
         raise ValueError("times must be one or more increasing finite numbers, the first at least 0")
-    run = _begin(scene, float(frames[-1]), arrival_depth, skip)
-    shape = (len(frames), *scene.points.shape)
-    depth, velocity_x, velocity_y = np.full((3, *shape), np.nan)
+    run = _begin(scene, float(moments[-1]), arrival_depth, skip)
+    depth, velocity_x, velocity_y = kept = [
+        np.full((len(moments) if name in frames else 0, *scene.points.shape), np.nan) for name in FRAMES
+    ]
     rest_time, failure = np.nan, None
     released = run.volume
     run.advance(0.0, max_steps)  # compiles or loads the kernels, off the clock
     wall, cpu = perf_counter(), thread_time()
     outcome = time_stepping.REACHED
-    for k, time in enumerate(frames):
+    for k, time in enumerate(moments):
         if outcome != time_stepping.AT_REST:
             outcome = run.advance(time, max_steps)
         if outcome == time_stepping.AT_REST and np.isnan(rest_time):
@@ -156,13 +161,16 @@ def simulate(
         if outcome not in (time_stepping.REACHED, time_stepping.AT_REST):
             failure = Failure(REASONS[outcome], run.time, *run.place)
             break
-        depth[k], velocity_x[k], velocity_y[k] = run.state
+        if frames:
+            for field, values in zip(kept, run.state, strict=True):
+                if len(field):
+                    field[k] = values
     wall, cpu = perf_counter() - wall, thread_time() - cpu
     came, left = run.ledger.T
     through_open = left[run.sides.kind == OPEN].sum()
     record = run.maxima
     return Result(
-        frames,
+        moments,
         depth,
         velocity_x,
         velocity_y,

@@ -147,3 +147,13 @@ def test_a_scene_that_does_not_vary_across_the_slope_runs_as_one_row(sides, pres
     assert some.cell_stages <= whole.cell_stages / 9
     for change in ({"velocity_y": 0 * x + 0.1}, {"boundaries": Boundaries(y_min="no-slip")}):
         assert LatticeRun(replace(case, **change), 1.0, 0.0).part.kind != "row"
+
+
+def test_frames_that_are_not_asked_for_are_not_kept():
+    case, end = SCENES["frictionless"]
+    times = np.linspace(0, end, 3)
+    whole, some = simulate(case, times), simulate(case, times, frames=["velocity_x"])
+    assert some.depth.shape == some.velocity_y.shape == (0, *case.points.shape)
+    np.testing.assert_array_equal(some.velocity_x, whole.velocity_x)
+    np.testing.assert_array_equal(some.deposit_depth, whole.deposit_depth)
+    assert simulate(case, times, frames=()).steps == whole.steps
