@@ -152,7 +152,7 @@ def row(name: str, points: Lattice | PointCloud, scheme: Collocation, reference:
         f"{off:.3f}",
         f"{found.film[-1]:.2f} / {found.body[-1]:.2f}",
         f"{fastest:.2f}",
-        f"{-100 * negative:.3f} %",
+        f"{100 * abs(negative):.3f} %",
         str(run.steps),
         "",
     ]
