@@ -12,7 +12,7 @@ import pandas as pd
 from dask.system import CPU_COUNT
 from rich.console import Console
 
-from pipeline import layout, store, table
+from pipeline import layout, provenance, store, table
 from pipeline.batch import Ending, execute, jobs, pending, workers
 from pipeline.compilation import compile_once
 from pipeline.interrupts import heard
@@ -73,14 +73,15 @@ def complete(
     count : int, optional
         Worker processes at most; by default one for every core this process may use.
     overwrite, retry_failed : bool
-        Replace the stores of changed scenarios; do failed runs again.
+        Replace stores that something else was made from or by; do failed runs again.
     solve : callable
         The solver.
 
     Raises
     ------
     ChangedError
-        If a store was made from a changed scenario and is not to be overwritten; nothing is done then.
+        If a store was made from a changed scenario, or by another solver, and is not to be overwritten;
+        nothing is done then.
     BadInput
         If points are not fit; nothing is written then.
     OSError
@@ -137,9 +138,13 @@ def _changed(scenarios: Sequence[Scenario], out: Path) -> dict[str, list[str]]:
         before = store.attributes(path)
         if "scenario_content" not in before:
             raise FileExistsError(f"{path} is not a store of scenarios; move it away")
+        lines: list[str] = []
         if before["scenario_hash"] != scenario.digest:
-            lines = differences(str(before["scenario_content"]), scenario.content)
-            found[scenario.name] = [f"{path}: made from a changed scenario: {line}" for line in lines]
+            changed = differences(str(before["scenario_content"]), scenario.content)
+            lines += [f"{path}: made from a changed scenario: {line}" for line in changed]
+        lines += [f"{path}: made by something else: {line}" for line in provenance.differences(before)]
+        if lines:
+            found[scenario.name] = lines
     return found
 
 

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
     from pipeline.scenario import Scenario
 
+SOME_FAILED = 1
 BAD_INPUT = 2
 TROUBLE = 3
 IN_USE = 4
@@ -91,6 +92,42 @@ def validate(files: Files) -> None:
             if each.parameters:
                 values = ", ".join(f"{name}={value}" for name, value in each.parameters.items())
                 typer.echo(f"  {each.index}: {values}")
+
+
+@app.command()
+def status(out: Out) -> None:
+    """Say how far each scenario is, what made it, and who is at the place; write nothing."""
+    from pipeline.status import survey, use
+
+    try:
+        for found in survey(out):
+            typer.echo(str(found))
+    except FileNotFoundError as error:
+        typer.echo(str(error), err=True)
+        raise typer.Exit(BAD_INPUT) from None
+    typer.echo(use(out))
+
+
+@app.command()
+def verify(out: Out) -> None:
+    """Compute the digest of every run again; write nothing.
+
+    Exit codes: 0 all is as it was written, 1 something is not, 2 there are no results.
+    """
+    from pipeline.place import store_paths
+    from pipeline.verify import verify
+
+    try:
+        paths = store_paths(out)
+    except FileNotFoundError as error:
+        typer.echo(str(error), err=True)
+        raise typer.Exit(BAD_INPUT) from None
+    reports = [verify(path) for path in paths]
+    for report in reports:
+        typer.echo(f"{report.name}: {report.runs} ended runs, {len(report.faults) or 'no'} faults")
+        for fault in report.faults:
+            typer.echo(fault, err=True)
+    raise typer.Exit(SOME_FAILED if any(report.faults for report in reports) else 0)
 
 
 @app.command()

@@ -13,6 +13,7 @@ import numpy as np
 import zarr
 from numpy.typing import NDArray
 
+from pipeline.store import digest
 from pipeline.variables import DIGEST, STATUS, Variable
 
 LARGEST_CHUNK = 20_000_000
@@ -89,9 +90,16 @@ def create(path: Path, template: Template) -> None:
     aside = Path(tempfile.mkdtemp(prefix=f".{path.name}.", suffix=".partial", dir=path.parent))
     aside.chmod(0o755)
     auxiliary = " ".join(v.name for v, _ in template.coordinates if v.dims != (v.name,))
-    root = zarr.open_group(
-        aside, mode="w", zarr_format=3, attributes={**template.attributes, "coordinates": auxiliary}
-    )
+    known = {
+        v.name: np.asarray(values, v.dtype if v.dtype != "string" else object)
+        for v, values in template.coordinates
+    }
+    attributes: dict[str, Any] = {
+        **template.attributes,
+        "coordinates": auxiliary,
+        "coordinates_hash": digest(known),
+    }
+    root = zarr.open_group(aside, mode="w", zarr_format=3, attributes=attributes)
     for variable, values in template.coordinates:
         _create_array(root, variable, values.shape, values.shape, None)[...] = values
     for variable in template.variables:

@@ -8,6 +8,10 @@ import socket
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from time import monotonic, sleep
+
+# A look at the lock holds it for a moment; a driver waits that long before it believes the place in use.
+LOOK_SECONDS = 0.5
 
 
 class PlaceInUseError(Exception):
@@ -19,9 +23,27 @@ def store_path(out: Path, name: str) -> Path:
     return out / f"{name}.zarr"
 
 
+def store_paths(out: Path) -> list[Path]:
+    """List the stores of a place.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is none.
+    """
+    paths = sorted(path for path in out.glob("*.zarr") if not path.name.startswith("."))
+    if not paths:
+        raise FileNotFoundError(f"no results in {out}")
+    return paths
+
+
 def summary_path(out: Path) -> Path:
     """Table over all scenarios of the place."""
     return out / "summary.csv"
+
+
+def _lock_path(out: Path) -> Path:
+    return out / ".lock"
 
 
 @contextmanager
@@ -39,13 +61,13 @@ def held(out: Path) -> Iterator[None]:
         If the place cannot be made or written.
     """
     out.mkdir(parents=True, exist_ok=True)
-    descriptor = os.open(out / ".lock", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
+    descriptor = os.open(_lock_path(out), os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
     with os.fdopen(descriptor, "r+") as lock:
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            holder = lock.read().strip() or "another process"
-            raise PlaceInUseError(f"{out} is in use by {holder}") from None
+        end = monotonic() + LOOK_SECONDS
+        while not _locked(descriptor, fcntl.LOCK_EX):
+            if monotonic() > end:
+                raise PlaceInUseError(f"{out} is in use by {lock.read().strip() or 'another process'}")
+            sleep(LOOK_SECONDS / 10)
         lock.truncate()
         lock.write(f"process {os.getpid()} on {socket.gethostname()}")
         lock.flush()
@@ -54,3 +76,24 @@ def held(out: Path) -> Iterator[None]:
         finally:
             lock.seek(0)
             lock.truncate()
+
+
+def holder(out: Path) -> str | None:
+    """Say which process holds a place; None where none does. Writes nothing."""
+    try:
+        descriptor = os.open(_lock_path(out), os.O_RDONLY | os.O_CLOEXEC)
+    except FileNotFoundError:
+        return None
+    with os.fdopen(descriptor) as lock:
+        if _locked(descriptor, fcntl.LOCK_SH):
+            return None
+        return lock.read().strip() or "another process"
+
+
+def _locked(descriptor: int, kind: int) -> bool:
+    """Take a lock of a kind, if it is to be had now."""
+    try:
+        fcntl.flock(descriptor, kind | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    return True

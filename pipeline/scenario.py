@@ -16,6 +16,8 @@ from pipeline.point_file import PointFile
 from pipeline.settings import Settings, json_schema
 from pipeline.strict_yaml import parse
 
+IRRELEVANT: Any = {"description": True, "time": {"max_steps", "max_wall"}}
+
 __all__ = ["BadInput", "Mistake", "Scenario", "Settings", "differences", "json_schema", "load"]
 
 
@@ -25,7 +27,8 @@ class Scenario:
 
     settings : the file's content with defaults filled in, before any sweep.
     path, text : the file and what stands in it.
-    content : canonical JSON of everything that decides the result (description left out, tables by digest).
+    content : canonical JSON of everything that decides the result (tables by digest; description and limits
+    of a run's cost left out: what is within another limit is the same).
     digest : SHA-256 of ``content``, hexadecimal.
     tables : elevation tables by the name the settings give them. points : what a file of points holds.
     warnings : one line each, to be shown and not to be stopped by.
@@ -117,7 +120,7 @@ def _read(path: Path, mistakes: list[Mistake]) -> str | None:
 def _content(checked: scenario_checks.Checked) -> str:
     """Give the canonical JSON of settings and files; keys stay in order, as that of the sweep matters."""
     assert checked.settings is not None
-    held = checked.settings.model_dump(mode="json", exclude={"description"})
+    held = checked.settings.model_dump(mode="json", exclude=IRRELEVANT)
     tables = {name: table.digest for name, table in sorted(checked.tables.items())}
     files = {} if checked.points is None else {"file": checked.points.digest}
     return json.dumps({**held, "points": {**held["points"], **files}, "tables": tables})

@@ -93,6 +93,12 @@ class Time(Section):
         "time between frames, from 0; the end always is one. Default: a tenth of `end`", "s", None
     )
     stop_at_rest: bool = key("whether a run ends once everything is at rest", default=True)
+    max_steps: Annotated[int, Field(gt=0)] | None = key(
+        "time steps after which a run fails; no change of the scenario", default=None
+    )
+    max_wall: Positive | None = key(
+        "elapsed time of computing after which a run fails; no change of the scenario", "s", None
+    )
 
     @model_validator(mode="after")
     def _within(self) -> Time:

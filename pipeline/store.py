@@ -65,7 +65,7 @@ async def _write(
     block = slice(start, min(start + group, states.shape[0]))
     if np.any(np.asarray(await states.getitem(block)) != Status.PENDING):
         await _put(states, block, dict.fromkeys(status, np.int8(Status.PENDING)))
-    digests = {run: hashlib.sha256() for run in status}
+    held: dict[int, dict[str, Any]] = {run: {STATUS.name: np.int8(state)} for run, state in status.items()}
     writes = []
     for variable in variables[:-2]:
         array = arrays[variable.name]
@@ -73,10 +73,10 @@ async def _write(
         writes.append(_put(array, block, values))
         for run, value in values.items():
             if variable.name not in TIMINGS:
-                digests[run].update(value.encode() if isinstance(value, str) else value.tobytes())
+                held[run][variable.name] = value
     # each call of zarr from outside its event loop costs more than the writing of a scalar
     await asyncio.gather(*writes)
-    await _put(arrays[DIGEST.name], block, {run: digest.hexdigest() for run, digest in digests.items()})
+    await _put(arrays[DIGEST.name], block, {run: digest(values) for run, values in held.items()})
     await _put(states, block, {run: np.int8(state) for run, state in status.items()})
 
 
@@ -85,6 +85,17 @@ def _value(variable: Variable, row: Values, shape: tuple[int, ...]) -> Any:
     if variable.dtype == "string":
         return str(value)
     return np.broadcast_to(np.asarray(value, variable.dtype), shape)
+
+
+def digest(values: Values) -> str:
+    """SHA-256 of values by name, hexadecimal, whatever their order."""
+    found = hashlib.sha256()
+    for name, value in sorted(values.items()):
+        array = np.asarray(value)
+        text = array.dtype.kind in "OUT"
+        found.update(f"{name}\0".encode())
+        found.update("\0".join(array.ravel().tolist()).encode() if text else array.tobytes())
+    return found.hexdigest()
 
 
 async def _put(array: zarr.AsyncArray[Any], block: slice, values: Mapping[int, Any]) -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from pipeline.place import store_paths
 from pipeline.store import open_store
 from pipeline.variables import PER_RUN, STATUS, Status
 
@@ -31,10 +32,7 @@ def read(out: Path) -> pd.DataFrame:
     FileNotFoundError
         If the place holds no store.
     """
-    paths = sorted(p for p in out.glob("*.zarr") if not p.name.startswith("."))
-    if not paths:
-        raise FileNotFoundError(f"no results in {out}")
-    tables = [_rows(path) for path in paths]
+    tables = [_rows(path) for path in store_paths(out)]
     swept = dict.fromkeys(name for table, names in tables for name in names)
     measured = [v.name for v in PER_RUN]
     whole = pd.concat([table for table, _ in tables], ignore_index=True)

@@ -13,7 +13,7 @@ from pipeline.shared_points import SharedPoints
 from pipeline.summary import summarise
 from pipeline.template import profile_values
 from pipeline.variables import FIELDS, Status, Variable
-from solver.simulation import Result, simulate
+from solver.simulation import OUT_OF_TIME, Result, simulate
 
 Solve = Callable[..., Result]
 
@@ -87,7 +87,14 @@ def _compute(run: Run, shared: SharedPoints | Path, solve: Solve) -> tuple[Statu
             prepared.times,
             arrival_depth=prepared.threshold,
             stop_at_rest=prepared.stop_at_rest,
+            max_steps=run.settings.time.max_steps,
+            max_wall=run.settings.time.max_wall,
         )
+        if result.failure is not None and result.failure.reason == OUT_OF_TIME:
+            # how far it came is chance, which a store holds nothing of
+            reason = f"{OUT_OF_TIME}: {run.settings.time.max_wall:g} s"
+            times = {"wall_time": result.wall_time, "cpu_time": result.cpu_time}
+            return Status.FAILED, {"failure_reason": reason, **times}
         return _status(result), _row(prepared, result)
     except Exception as error:
         return Status.FAILED, {"failure_reason": f"{type(error).__name__}: {error}"}

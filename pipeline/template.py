@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import platform
 from collections.abc import Sequence
 from dataclasses import replace
-from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel
 
+from pipeline import provenance
 from pipeline.layout import Template, group_size, run_bytes
 from pipeline.points_settings import LatticePoints
 from pipeline.runs import Prepared, Run, build_scene
@@ -24,7 +23,6 @@ if TYPE_CHECKING:
 
 CELL_STAGES_PER_SECOND = 4e7
 STAGES = 3
-PACKAGES = ("lmls", "numpy", "numba", "xarray", "zarr")
 
 
 def variables(scenario: Scenario) -> tuple[Variable, ...]:
@@ -141,6 +139,5 @@ def attributes(scenario: Scenario) -> dict[str, str]:
         "scenario": scenario.text,
         "scenario_content": scenario.content,
         "scenario_hash": scenario.digest,
-        "python_version": platform.python_version(),
-        **{f"{name}_version": version(name) for name in PACKAGES},
+        **provenance.made_by(),
     }

@@ -142,7 +142,9 @@ FAILURES = (
     _scalar("failure_y", "m", "position of the failure's place across the bed"),
 )
 
-DIGEST = Variable("digest", RUN, "string", "", "SHA-256 of the run's values, times of computing excepted", "")
+DIGEST = Variable(
+    "digest", RUN, "string", "", "SHA-256 of the run's status and values, times of computing excepted", ""
+)
 
 TIMINGS = frozenset({"wall_time", "cpu_time"})
 

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 
 from solver.activity import Status
 from solver.boundary import Fields
@@ -12,7 +15,15 @@ from solver.cloud_residual import cloud_buffers
 from solver.cloud_stepping import advance_cloud, record_cells
 from solver.compiled import Array
 from solver.point_cloud import PointCloud
-from solver.run_setup import gravity_along_and_normal, material_of, sides_of, state_of
+from solver.run_setup import (
+    Carried,
+    by_name,
+    gravity_along_and_normal,
+    material_of,
+    put_back,
+    sides_of,
+    state_of,
+)
 from solver.scene import Scene
 from solver.time_stepping import SSP_RK3, Progress, Record
 
@@ -105,6 +116,15 @@ class CloudRun:
     def settle(self) -> None:
         """Stop what little still moves."""
         self.now.u[:] = self.now.v[:] = 0.0
+
+    @property
+    def carried(self) -> dict[str, NDArray[Any]]:
+        """The arrays themselves, by name, that a step takes over from the one before."""
+        return by_name(now=self.now, status=self.status, record=self.record, progress=self.progress)
+
+    def restore(self, carried: Carried) -> None:
+        """Set a run made from the same scene to where these arrays were taken."""
+        put_back(self.carried, carried)
 
     @property
     def time(self) -> float:

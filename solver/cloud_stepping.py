@@ -66,13 +66,13 @@ def advance_cloud(
     """Step until ``target`` (s) or until at most ``rest_volume`` (m3) moves; return why it stopped."""
     stages, n = len(parts), len(area)
     while progress.time[0] < target:
+        if progress.steps[0] >= max_steps:
+            return OUT_OF_STEPS
         rate, cells, stepped_faces, sloped = classify_cloud(
             now, status, bed, material, sides, area, faces, gradient, buffers.slopes, ring, lists
         )
         if cells == 0 or not moving_volume_exceeds(now.h, status.still, area, sides, faces, rest_volume):
             return AT_REST
-        if progress.steps[0] >= max_steps:
-            return OUT_OF_STEPS
         remaining = target - progress.time[0]
         dt = step_length(rate, cfl, remaining, end)
         if dt == 0.0:

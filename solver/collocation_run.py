@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 
 from solver.boundary import DEPTH, NO_SLIP, OPEN, Fields, Sides
 from solver.cloud_activity import CloudBed
@@ -13,7 +16,15 @@ from solver.collocation_smoothing import Relaxation
 from solver.collocation_stepping import advance_collocation
 from solver.compiled import Array
 from solver.lattice import Lattice
-from solver.run_setup import gravity_along_and_normal, material_of, sides_of, state_of
+from solver.run_setup import (
+    Carried,
+    by_name,
+    gravity_along_and_normal,
+    material_of,
+    put_back,
+    sides_of,
+    state_of,
+)
 from solver.scene import Collocation, Scene
 from solver.time_stepping import SSP_RK3, Progress, Record
 from solver.voronoi import SIDE_NORMALS
@@ -182,6 +193,15 @@ class CollocationRun:
     def settle(self) -> None:
         """Stop what little still moves."""
         self.now.u[:] = self.now.v[:] = 0.0
+
+    @property
+    def carried(self) -> dict[str, NDArray[Any]]:
+        """The arrays themselves, by name, that a step takes over from the one before."""
+        return by_name(now=self.now, scratch=self.scratch, record=self.record, progress=self.progress)
+
+    def restore(self, carried: Carried) -> None:
+        """Set a run made from the same scene to where these arrays were taken."""
+        put_back(self.carried, carried)
 
     @property
     def time(self) -> float:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 
 from solver import time_stepping
 from solver.activity import Bed, Spans, Status
@@ -12,7 +15,15 @@ from solver.lattice import Lattice
 from solver.reconstruction import FaceValues
 from solver.rheology import PressureCoefficients
 from solver.riemann import Fluxes
-from solver.run_setup import gravity_along_and_normal, material_of, sides_of, state_of
+from solver.run_setup import (
+    Carried,
+    by_name,
+    gravity_along_and_normal,
+    material_of,
+    put_back,
+    sides_of,
+    state_of,
+)
 from solver.scene import Scene
 from solver.time_stepping import Progress, Record, record_maxima
 from solver.weighted_residual import RING, Buffers
@@ -186,6 +197,22 @@ class LatticeRun:
     def settle(self) -> None:
         """Stop what little still moves."""
         self.now.u[:] = self.now.v[:] = 0.0
+
+    @property
+    def carried(self) -> dict[str, NDArray[Any]]:
+        """The arrays themselves, by name, that a step takes over from the one before."""
+        groups = by_name(
+            now=self.now, status=self.status, spans=self.spans, record=self.record, progress=self.progress
+        )
+        return groups | {"window": np.array(self.window)}
+
+    def restore(self, carried: Carried) -> None:
+        """Set a run made from the same scene to where these arrays were taken."""
+        window, room = Window(*map(int, carried.get("window", ()))), self.part.room
+        if window.grown((0, 0, 0, 0), room) != window:
+            raise ValueError("the snapshot is of other points")
+        self._make(window)
+        put_back(self.carried, carried)
 
     @property
     def time(self) -> float:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from collections.abc import Mapping
+from typing import Any, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from solver.activity import Material
 from solver.boundary import DEPTH, NO_SLIP, OPEN, WALL, Sides
@@ -13,6 +15,7 @@ from solver.rheology import Voellmy
 from solver.scene import Scene
 from solver.time_stepping import Progress, Record
 
+Carried = Mapping[str, NDArray[Any]]
 KINDS = {"open": OPEN, "wall": WALL, "no-slip": NO_SLIP}
 
 
@@ -27,6 +30,21 @@ class Run(Protocol):
 
     sides: Sides
     progress: Progress
+
+    @property
+    def carried(self) -> dict[str, NDArray[Any]]:
+        """The arrays themselves, by name, that a step takes over from the one before."""
+        ...
+
+    def restore(self, carried: Carried) -> None:
+        """Set a run made from the same scene to where these arrays were taken.
+
+        Raises
+        ------
+        ValueError
+            If they are of another kind of run, or of other points.
+        """
+        ...
 
     @property
     def time(self) -> float: ...  # noqa: D102
@@ -47,12 +65,41 @@ class Run(Protocol):
     def place(self) -> tuple[float, float]: ...  # noqa: D102
 
     def advance(self, target: float, max_steps: int | None) -> int:
-        """Step to ``target``, s; say why it stopped, by the constants of `solver.time_stepping`."""
+        """Step to ``target``, s; say why it stopped, by the constants of `solver.time_stepping`.
+
+        A run that has taken ``max_steps`` stops before it touches anything, and can be advanced further as
+        if it had not stopped.
+        """
         ...
 
     def settle(self) -> None:
         """Stop what little still moves in a run at rest."""
         ...
+
+
+def by_name(**groups: Any) -> dict[str, NDArray[Any]]:
+    """Give the arrays of named tuples, and of named tuples within them, by ``group.field``."""
+    found: dict[str, NDArray[Any]] = {}
+    for name, group in groups.items():
+        for key, value in group._asdict().items():
+            found |= (
+                by_name(**{f"{name}.{key}": value}) if isinstance(value, tuple) else {f"{name}.{key}": value}
+            )
+    return found
+
+
+def put_back(own: Carried, carried: Carried) -> None:
+    """Copy carried arrays into a run's own.
+
+    Raises
+    ------
+    ValueError
+        If they are of another kind of run, or of other points.
+    """
+    if own.keys() != carried.keys() or any(own[name].shape != carried[name].shape for name in own):
+        raise ValueError("the snapshot is of another kind of run or of other points")
+    for name, array in own.items():
+        array[...] = carried[name]
 
 
 def state_of(scene: Scene) -> tuple[Array, Array, Array]:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
-from time import perf_counter, thread_time
 
 import numpy as np
 
 from solver import time_stepping
 from solver.boundary import OPEN
+from solver.checkpoint import Keeper, Watch
 from solver.cloud_simulation import CloudRun
 from solver.collocation_run import CollocationRun
 from solver.compiled import Array
@@ -33,8 +33,10 @@ __all__ = [
 ]
 
 FRAMES = ("depth", "velocity_x", "velocity_y")
+OUT_OF_TIME = "more time than allowed"
 REASONS = {
     time_stepping.OUT_OF_STEPS: "more steps than allowed",
+    time_stepping.OUT_OF_TIME: OUT_OF_TIME,
     time_stepping.NOT_FINITE: "a value that is not finite",
     time_stepping.COLLAPSED: "the time step collapsed",
 }
@@ -107,6 +109,8 @@ def simulate(
     max_steps: int | None = None,
     frames: Collection[str] = FRAMES,
     skip: bool = True,
+    max_wall: float | None = None,
+    keeper: Keeper | None = None,
 ) -> Result:
     """Run a scene to the last of ``times``, with frames at each of them.
 
@@ -130,12 +134,17 @@ def simulate(
     skip : bool
         Leave out what the scene does not need. The result is the same to the last bit, but for times and
         ``cell_stages``.
+    max_wall : float, optional
+        Elapsed time of the time loop after which the run fails, s; looked at a few times a second.
+    keeper : Keeper, optional
+        Keeps snapshots; the run goes on from the one it has, and ends as if it had not stopped.
 
     Raises
     ------
     ValueError
         If times do not increase, an array has a wrong shape, a negative depth or a value not finite, a
-        side is neither a kind nor a depth, or operators are those of another cloud or scheme.
+        side is neither a kind nor a depth, operators are those of another cloud or scheme, or a snapshot is
+        of another kind of run.
     """
     moments = np.asarray(times, dtype=np.float64)
     increasing = moments.ndim == 1 and len(moments) and moments[0] >= 0 and (np.diff(moments) > 0).all()
@@ -148,11 +157,11 @@ def simulate(
     rest_time, failure = np.nan, None
     released = run.volume
     run.advance(0.0, max_steps)  # compiles or loads the kernels, off the clock
-    wall, cpu = perf_counter(), thread_time()
+    watch = Watch(run, kept, max_steps, max_wall, keeper)
     outcome = time_stepping.REACHED
-    for k, time in enumerate(moments):
+    for k, time in enumerate(moments[watch.passed :], watch.passed):
         if outcome != time_stepping.AT_REST:
-            outcome = run.advance(time, max_steps)
+            outcome = watch.advance(time, k)
         if outcome == time_stepping.AT_REST and np.isnan(rest_time):
             rest_time = run.time
             run.settle()
@@ -165,7 +174,7 @@ def simulate(
             for field, values in zip(kept, run.state, strict=True):
                 if len(field):
                     field[k] = values
-    wall, cpu = perf_counter() - wall, thread_time() - cpu
+    wall, cpu = watch.wall, watch.cpu
     came, left = run.ledger.T
     through_open = left[run.sides.kind == OPEN].sum()
     record = run.maxima

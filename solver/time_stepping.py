@@ -26,7 +26,7 @@ from solver.weighted_residual import Buffers, stage
 # Eq. 14: weights of each stage's result in U = U_0 + part (U_k - U_0 + dt L(U_k)).
 SSP_RK3 = (1.0, 1 / 4, 2 / 3)
 
-REACHED, AT_REST, OUT_OF_STEPS, NOT_FINITE, COLLAPSED, GROW = 0, 1, 2, 3, 4, 5
+REACHED, AT_REST, OUT_OF_STEPS, NOT_FINITE, COLLAPSED, GROW, OUT_OF_TIME = range(7)
 # A step this much shorter than the whole run counts as collapsed.
 SHORTEST_STEP = 1e-7
 
@@ -151,12 +151,13 @@ def advance(
     """
     stages = len(parts)
     while progress.time[0] < target:
+        # before anything is touched, so that the run can go on from here as if it had not stopped
+        if progress.steps[0] >= max_steps:
+            return OUT_OF_STEPS
         rate = classify(now, status, bed, material, sides, grid, spans)
         first, last, cells = spread(spans, status.still, grid)
         if first > last or not moving_volume_exceeds(now.h, status.still, spans, sides, grid, rest_volume):
             return AT_REST
-        if progress.steps[0] >= max_steps:
-            return OUT_OF_STEPS
         if comes_to(spans.stepped, grid, inner, first, last):
             return GROW
         remaining = target - progress.time[0]

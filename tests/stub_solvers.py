@@ -12,7 +12,7 @@ from solver.simulation import Failure, Ledger, Result
 RAISES, KILLS, FAILS, OVERRUNS = 11.0, 12.0, 13.0, 14.0
 
 
-def still(scene, times, *, arrival_depth, stop_at_rest, failure=None, outflow=0.0):
+def still(scene, times, *, arrival_depth, stop_at_rest, failure=None, outflow=0.0, **limits):
     """Leave the release where it is."""
     frames = np.repeat(scene.depth[None], len(times), axis=0)
     volume = float(scene.depth.sum()) * scene.points.cell_area

@@ -1,3 +1,4 @@
+import hashlib
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,6 +11,7 @@ from pipeline.layout import Template, create, group_size
 from pipeline.variables import COORDINATES, STATUS, TIMINGS, Status, Variable, kept
 
 NX, NY, NT = 5, 4, 3
+CONTENT = "{}"
 RUN = Variable("run", ("run",), "int64", "1", "position in the sweep", -1)
 
 
@@ -23,7 +25,11 @@ def template(runs: int = 5, group: int = 1, **sizes: int) -> Template:
         ),
         sizes=lengths,
         group=group,
-        attributes={"title": "trial"},
+        attributes={
+            "title": "trial",
+            "scenario_content": CONTENT,
+            "scenario_hash": hashlib.sha256(CONTENT.encode()).hexdigest(),
+        },
     )
 
 

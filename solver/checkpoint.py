@@ -1,0 +1,122 @@
+"""Long runs: what they carry on from step to step, and looks at the clock between steps."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from time import perf_counter, thread_time
+from typing import Protocol
+
+import numpy as np
+
+from solver.compiled import Array
+from solver.run_setup import Carried, Run
+from solver.time_stepping import OUT_OF_STEPS, OUT_OF_TIME
+
+# Steps between two looks take about this long, s.
+LOOK_SECONDS = 0.25
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """All that is needed to go on with a run as if it had not stopped.
+
+    carried : arrays in double precision, by name. passed : output times passed. frames : depth (m) and
+    velocity (m s-1) at these, each (passed, ...), or (0, ...) where it is not kept. wall, cpu : used so
+    far, s.
+    """
+
+    carried: Carried
+    passed: int
+    frames: tuple[Array, ...]
+    wall: float
+    cpu: float
+
+
+class Keeper(Protocol):
+    """Keeps snapshots of a run.
+
+    every : elapsed time between two of them, s.
+    """
+
+    every: float
+
+    def load(self) -> Snapshot | None:
+        """Give the last snapshot, if there is one."""
+        ...
+
+    def save(self, snapshot: Snapshot) -> None:
+        """Keep a snapshot in place of the last; its arrays are valid during the call only."""
+        ...
+
+
+class Watch:
+    """Steps a run with a look at the clock now and then; without limit and keeper, without a look.
+
+    Parameters
+    ----------
+    run : Run
+        Made from its scene; set to the keeper's snapshot where that has one.
+    kept : sequence of array
+        Frames of each field, (nt, ...) or (0, ...); filled from the snapshot.
+    max_steps : int, optional
+        Steps in all.
+    max_wall : float, optional
+        Elapsed time in all, s.
+    keeper : Keeper, optional
+        Asked for a snapshot now, and given one whenever it is due.
+
+    Raises
+    ------
+    ValueError
+        If the snapshot is of another kind of run, or of other points.
+    """
+
+    def __init__(
+        self,
+        run: Run,
+        kept: Sequence[Array],
+        max_steps: int | None,
+        max_wall: float | None,
+        keeper: Keeper | None,
+    ) -> None:
+        self.run, self.kept, self.keeper, self.max_wall = run, kept, keeper, max_wall
+        self.most = np.iinfo(np.int64).max if max_steps is None else max_steps
+        self.passed, self._used = 0, (0.0, 0.0)
+        found = keeper.load() if keeper is not None else None
+        if found is not None:
+            run.restore(found.carried)
+            for field, frames in zip(kept, found.frames, strict=True):
+                field[: len(frames)] = frames
+            self.passed, self._used = found.passed, (found.wall, found.cpu)
+        self._began = perf_counter(), thread_time()
+        self._saved, self._chunk = perf_counter(), 1
+
+    @property
+    def wall(self) -> float:
+        """Elapsed time so far, s, that before the snapshot included."""
+        return self._used[0] + perf_counter() - self._began[0]
+
+    @property
+    def cpu(self) -> float:
+        """Processor time so far, s, that before the snapshot included."""
+        return self._used[1] + thread_time() - self._began[1]
+
+    def advance(self, target: float, passed: int) -> int:
+        """Step to ``target``, s, the next output time after ``passed`` ones; say why it stopped."""
+        if self.max_wall is None and self.keeper is None:
+            return self.run.advance(target, self.most)
+        steps = self.run.progress.steps
+        while self.max_wall is None or self.wall <= self.max_wall:
+            before, began = int(steps[0]), perf_counter()
+            outcome = self.run.advance(target, min(before + self._chunk, self.most))
+            taken, now = int(steps[0]) - before, perf_counter()
+            if outcome != OUT_OF_STEPS or steps[0] >= self.most:
+                return outcome
+            fitting = int(taken * LOOK_SECONDS / max(now - began, 1e-9))
+            self._chunk = max(1, min(2 * self._chunk, fitting))
+            if self.keeper is not None and now - self._saved >= self.keeper.every:
+                frames = tuple(field[:passed] for field in self.kept)
+                self.keeper.save(Snapshot(self.run.carried, passed, frames, self.wall, self.cpu))
+                self._saved = perf_counter()
+        return OUT_OF_TIME
