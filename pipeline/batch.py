@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 import dask
 import numpy as np
 from distributed import Client, Future, KilledWorker, LocalCluster, as_completed
+from distributed.core import Status as NannyStatus
 from numpy.typing import NDArray
 from tornado.ioloop import PeriodicCallback
 
@@ -37,14 +38,16 @@ if TYPE_CHECKING:
     from pipeline.scenario import Scenario
     from pipeline.shared_points import SharedPoints
 
-RENEWAL_SECONDS = 2.0
+RENEWAL_SECONDS = 0.5
 DEATH = "the worker process died of this run, twice"
 
 # allowed-failures counts deaths of a worker, retries would count exceptions; saturation 1 gives a worker no
-# task beside the one it runs, which could be taken for the cause of its death.
+# task beside the one it runs, which could be taken for the cause of its death. A cluster closes a worker it
+# has not seen for the lost-worker time-out, also one that is just starting again; `_renew` knows better.
 SETTINGS = {
     "distributed.scheduler.allowed-failures": 1,
     "distributed.scheduler.worker-saturation": 1.0,
+    "distributed.deploy.lost-worker-timeout": "1 day",
     "distributed.worker.preload": ["pipeline.worker"],
     "distributed.nanny.pre-spawn-environ.NUMBA_NUM_THREADS": 1,
 }
@@ -79,8 +82,7 @@ def jobs(
 def workers(count: int) -> Iterator[Client]:
     """Start worker processes of one thread each, and end them; killed at once on a KeyboardInterrupt.
 
-    A process that dies is started again by its nanny. A nanny gives up where that fails, as it does when the
-    new process dies of a task at once, so the cluster is brought back to its size every now and then.
+    A process that dies is started again by its nanny, or with a new one where the nanny gives up.
 
     Raises
     ------
@@ -90,7 +92,7 @@ def workers(count: int) -> Iterator[Client]:
     # for good: what is told of processes killed at once may come after the cluster is gone
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
     with dask.config.set(SETTINGS), _cluster(count) as cluster, Client(cluster) as client:
-        keeper = PeriodicCallback(partial(cluster.scale, count), 1000 * RENEWAL_SECONDS)
+        keeper = PeriodicCallback(partial(_renew, cluster, count), 1000 * RENEWAL_SECONDS)
         client.loop.add_callback(keeper.start)
         try:
             yield client
@@ -102,6 +104,14 @@ def workers(count: int) -> Iterator[Client]:
             raise
         finally:
             client.loop.add_callback(keeper.stop)
+
+
+def _renew(cluster: LocalCluster, count: int) -> None:
+    """Replace nannies that have given up, as they do when a new process dies of a task at once."""
+    for name, nanny in list(cluster.workers.items()):
+        if nanny.status in (NannyStatus.failed, NannyStatus.closed):
+            del cluster.workers[name]
+    cluster.scale(count)
 
 
 def _cluster(count: int) -> LocalCluster:
