@@ -25,6 +25,7 @@ from tornado.ioloop import PeriodicCallback
 
 from pipeline import store
 from pipeline.interrupts import Interrupts
+from pipeline.limits import STUCK_TOPIC, Limits
 from pipeline.task import Job, Outcome, Solve, condemn, perform
 from pipeline.template import variables
 from pipeline.variables import Status
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
 
 RENEWAL_SECONDS = 0.5
 DEATH = "the worker process died of this run, twice"
+STUCK = "more time than allowed, and the run did not stop: its worker process was ended, twice"
 
 # allowed-failures counts deaths of a worker, retries would count exceptions; saturation 1 gives a worker no
 # task beside the one it runs, which could be taken for the cause of its death. A cluster closes a worker it
@@ -48,6 +50,10 @@ SETTINGS = {
     "distributed.scheduler.allowed-failures": 1,
     "distributed.scheduler.worker-saturation": 1.0,
     "distributed.deploy.lost-worker-timeout": "1 day",
+    # paused, a worker would wait for ever for room that only a run beside it could free, and there is none
+    "distributed.worker.memory.target": False,
+    "distributed.worker.memory.spill": False,
+    "distributed.worker.memory.pause": False,
     "distributed.worker.preload": ["pipeline.worker"],
     "distributed.nanny.pre-spawn-environ.NUMBA_NUM_THREADS": 1,
 }
@@ -67,7 +73,12 @@ def pending(path: Path, retry_failed: bool) -> NDArray[np.bool_]:
 
 
 def jobs(
-    scenario: Scenario, path: Path, runs: Sequence[Run], shared: SharedPoints | Path, retry_failed: bool
+    scenario: Scenario,
+    path: Path,
+    runs: Sequence[Run],
+    shared: SharedPoints | Path,
+    retry_failed: bool,
+    limits: Limits,
 ) -> Iterator[Job]:
     """List what is left to do in a store, one job a group, from its status alone."""
     wanted = pending(path, retry_failed)
@@ -75,7 +86,7 @@ def jobs(
     for start in range(0, len(runs), group):
         chosen = tuple(run for run in runs[start : start + group] if wanted[run.index])
         if chosen:
-            yield Job(path, variables(scenario), chosen, shared)
+            yield Job(path, variables(scenario), chosen, shared, limits)
 
 
 @contextmanager
@@ -172,7 +183,8 @@ def execute(
     suspects: list[Job] = []
 
     def condemned(job: Job) -> None:
-        for outcome in condemn(job, DEATH):
+        stuck = {name for _, name in client.get_events(STUCK_TOPIC)}
+        for outcome in condemn(job, STUCK if job.name(job.runs[0]) in stuck else DEATH):
             report(outcome)
 
     flow = _Flow(client, report, interrupts, solve)

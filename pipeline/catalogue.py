@@ -16,6 +16,7 @@ from pipeline import layout, provenance, store, table
 from pipeline.batch import Ending, execute, jobs, pending, workers
 from pipeline.compilation import compile_once
 from pipeline.interrupts import heard
+from pipeline.limits import UNLIMITED, Limits
 from pipeline.place import store_path, summary_path
 from pipeline.progress import shown
 from pipeline.runs import Run, expand
@@ -58,6 +59,7 @@ def complete(
     count: int | None = None,
     overwrite: bool = False,
     retry_failed: bool = False,
+    limits: Limits = UNLIMITED,
     solve: Solve = simulate,
 ) -> Outcome:
     """Do what is left of scenarios in a place the caller holds, and write its table.
@@ -74,6 +76,8 @@ def complete(
         Worker processes at most; by default one for every core this process may use.
     overwrite, retry_failed : bool
         Replace stores that something else was made from or by; do failed runs again.
+    limits : Limits
+        Of every run.
     solve : callable
         The solver.
 
@@ -98,7 +102,7 @@ def complete(
             if scenario.name in replaced or not path.exists():
                 layout.create(path, template(scenario, runs, shared))
             carried = stack.enter_context(kept(shared, out / f".{scenario.name}.points.partial"))
-            todo += jobs(scenario, path, runs, carried, retry_failed)
+            todo += jobs(scenario, path, runs, carried, retry_failed, limits)
         ending = _execute(todo, console, count, solve)
     whole = table.read(out)
     try:

@@ -41,6 +41,9 @@ def run(
         bool, typer.Option("--overwrite", help="Replace stores of changed scenarios.")
     ] = False,
     retry_failed: Annotated[bool, typer.Option("--retry-failed", help="Do failed runs again.")] = False,
+    memory_limit: Annotated[
+        str | None, typer.Option(help="Memory a run may take, as 2GB.", show_default="no limit")
+    ] = None,
 ) -> None:
     """Do what is left of the scenarios' runs.
 
@@ -51,6 +54,7 @@ def run(
     """
     scenarios = _load(files)
     from pipeline.catalogue import ChangedError, complete
+    from pipeline.limits import Limits
     from pipeline.mistakes import BadInput
     from pipeline.place import PlaceInUseError, held, summary_path
 
@@ -58,7 +62,13 @@ def run(
     try:
         with held(out):
             outcome = complete(
-                scenarios, out, console, count=workers, overwrite=overwrite, retry_failed=retry_failed
+                scenarios,
+                out,
+                console,
+                count=workers,
+                overwrite=overwrite,
+                retry_failed=retry_failed,
+                limits=Limits(_bytes(memory_limit)),
             )
     except BadInput as error:
         typer.echo(str(error), err=True)
@@ -230,6 +240,17 @@ def _load(files: list[Path]) -> list[Scenario]:
         for warning in scenario.warnings:
             typer.echo(warning, err=True)
     return scenarios
+
+
+def _bytes(text: str | None) -> int | None:
+    """Read a size as ``2GB``, or end."""
+    from dask.utils import parse_bytes
+
+    try:
+        return None if text is None else int(parse_bytes(text))
+    except ValueError:
+        typer.echo(f"--memory-limit: expected a size as 2GB or 500MiB, found '{text}'", err=True)
+        raise typer.Exit(BAD_INPUT) from None
 
 
 def _console() -> Console:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from pipeline import shared_points, store
+from pipeline.limits import UNLIMITED, Limits
 from pipeline.runs import Prepared, Run, build_scene
 from pipeline.shared_points import SharedPoints
 from pipeline.summary import summarise
@@ -29,6 +30,11 @@ class Job:
     variables: tuple[Variable, ...]
     runs: tuple[Run, ...]
     shared: SharedPoints | Path
+    limits: Limits = UNLIMITED
+
+    def name(self, run: Run) -> str:
+        """Name of a run that no other store has."""
+        return f"{self.path}:{run.index}"
 
 
 @dataclass(frozen=True)
@@ -61,10 +67,11 @@ def perform(job: Job, solve: Solve = simulate) -> list[Outcome]:
     finished = {run.index: Status(states[run.index - first]) for run in job.runs}
     finished = {run: status for run, status in finished.items() if status in (Status.DONE, Status.OVERRUN)}
     runs = [run for run in job.runs if run.index not in finished]
+    shared = shared_points.load(job.shared)
     rows: dict[int, dict[str, Any]] = {}
     outcomes = [Outcome(job.path, run, status) for run, status in finished.items()]
     for run in runs:
-        status, rows[run.index] = _compute(run, job.shared, solve)
+        status, rows[run.index] = _compute(job, run, shared, solve)
         outcomes.append(Outcome(job.path, run.index, status, rows[run.index].get("failure_reason", "")))
     if rows:
         store.write(job.path, job.variables, rows, {o.run: o.status for o in outcomes if o.run in rows})
@@ -78,24 +85,30 @@ def condemn(job: Job, reason: str) -> list[Outcome]:
     return [Outcome(job.path, run, Status.FAILED, reason) for run in rows]
 
 
-def _compute(run: Run, shared: SharedPoints | Path, solve: Solve) -> tuple[Status, dict[str, Any]]:
+def _compute(job: Job, run: Run, shared: SharedPoints, solve: Solve) -> tuple[Status, dict[str, Any]]:
     """Status and values of one run."""
+    most = run.settings.time
     try:
-        prepared = build_scene(run, shared_points.load(shared))
-        result = solve(
-            prepared.scene,
-            prepared.times,
-            arrival_depth=prepared.threshold,
-            stop_at_rest=prepared.stop_at_rest,
-            max_steps=run.settings.time.max_steps,
-            max_wall=run.settings.time.max_wall,
-        )
+        with job.limits.kept(most.max_wall, job.name(run)):
+            prepared = build_scene(run, shared)
+            result = solve(
+                prepared.scene,
+                prepared.times,
+                arrival_depth=prepared.threshold,
+                stop_at_rest=prepared.stop_at_rest,
+                max_steps=most.max_steps,
+                max_wall=most.max_wall,
+            )
         if result.failure is not None and result.failure.reason == OUT_OF_TIME:
             # how far it came is chance, which a store holds nothing of
-            reason = f"{OUT_OF_TIME}: {run.settings.time.max_wall:g} s"
+            reason = f"{OUT_OF_TIME}: {most.max_wall:g} s"
             times = {"wall_time": result.wall_time, "cpu_time": result.cpu_time}
             return Status.FAILED, {"failure_reason": reason, **times}
         return _status(result), _row(prepared, result)
+    except MemoryError as error:
+        limit = job.limits.memory
+        allowed = f"more memory than allowed: {limit:,} bytes" if limit else "out of memory"
+        return Status.FAILED, {"failure_reason": f"{allowed}: {error}"}
     except Exception as error:
         return Status.FAILED, {"failure_reason": f"{type(error).__name__}: {error}"}
 

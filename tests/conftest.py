@@ -38,6 +38,18 @@ def scenario_file(tmp_path: Path) -> Callable[..., Path]:
     return write
 
 
+@pytest.fixture
+def log(tmp_path: Path) -> Path:
+    """File that stub solvers note their runs in."""
+    return tmp_path / "log"
+
+
+@pytest.fixture
+def out(tmp_path: Path) -> Path:
+    """Place for results."""
+    return tmp_path / "results"
+
+
 @dataclass(frozen=True)
 class Shipped:
     """The shipped catalogue after one ``pipeline run``: the place, and what was shown."""

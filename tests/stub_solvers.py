@@ -1,15 +1,19 @@
 """Solvers that do next to nothing, or harm; importable by worker processes."""
 
+import errno
 import os
+import resource
 import signal
 import time
 from pathlib import Path
 
 import numpy as np
+from zarr.storage import LocalStore
 
 from solver.simulation import Failure, Ledger, Result
 
-RAISES, KILLS, FAILS, OVERRUNS = 11.0, 12.0, 13.0, 14.0
+SET = LocalStore.set
+RAISES, KILLS, FAILS, OVERRUNS, HANGS, SWELLS = 11.0, 12.0, 13.0, 14.0, 15.0, 16.0
 
 
 def still(scene, times, *, arrival_depth, stop_at_rest, failure=None, outflow=0.0, **limits):
@@ -37,15 +41,21 @@ def still(scene, times, *, arrival_depth, stop_at_rest, failure=None, outflow=0.
     )
 
 
-def by_friction(scene, times, *, log, **options):
-    """Note the run in a file, then raise, die, fail or overrun where the bed friction angle says so."""
+def by_friction(scene, times, *, log, harm=True, **options):
+    """Note the run in a file, then raise, die, fail, ... where the bed friction angle says so."""
     angle = scene.friction.bed_friction
     with Path(log).open("a") as file:
         file.write(f"{angle:g}\n")
+    if not harm:
+        return still(scene, times, **options)
     if angle == RAISES:
         raise ValueError("this run raises")
     if angle == KILLS:
         os.kill(os.getpid(), signal.SIGKILL)
+    if angle == HANGS:
+        time.sleep(60)
+    if angle == SWELLS:
+        np.ones(50_000_000)
     if angle == FAILS:
         return still(scene, times, failure=Failure("not finite", 0.5, 1.0, 2.0), **options)
     return still(scene, times, outflow=0.125 if angle == OVERRUNS else 0.0, **options)
@@ -56,6 +66,30 @@ def slow(scene, times, *, log, seconds=0.5, **options):
     result = by_friction(scene, times, log=log, **options)
     time.sleep(seconds)
     return result
+
+
+def full_from(scene, times, *, at, **options):
+    """Leave a disk without room for more than a few bytes a file where the bed friction is ``at``."""
+    if scene.friction.bed_friction == at:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (20, resource.RLIM_INFINITY))
+    return by_friction(scene, times, **options)
+
+
+async def _refuse(self, key, value, byte_range=None):
+    raise OSError(errno.EROFS, os.strerror(errno.EROFS), key)
+
+
+def read_only_from(scene, times, *, at, **options):
+    """Leave a store that can only be read where the bed friction is ``at``."""
+    if scene.friction.bed_friction == at:
+        LocalStore.set = _refuse
+    return by_friction(scene, times, **options)
+
+
+def heal():
+    """Undo what stores were made to refuse."""
+    resource.setrlimit(resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
+    LocalStore.set = SET
 
 
 def breaking(scene, times, *, store, **options):

@@ -1,42 +1,18 @@
 import os
 import signal
-import subprocess
-import sys
 import time
-from collections import Counter
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 import psutil
 import pytest
-from rich.console import Console
+from batches import computed, counts, run, start_driver, until
 from stub_solvers import FAILS, KILLS, OVERRUNS, RAISES, breaking, by_friction, slow
 
 from pipeline import store
-from pipeline.catalogue import ChangedError, complete
-from pipeline.place import held
-from pipeline.scenario import load
+from pipeline.catalogue import ChangedError
 from pipeline.variables import Status
-
-
-@pytest.fixture
-def log(tmp_path: Path) -> Path:
-    return tmp_path / "log"
-
-
-@pytest.fixture
-def out(tmp_path: Path) -> Path:
-    return tmp_path / "results"
-
-
-def run(out: Path, *files: Path, solve, **options):
-    with held(out):
-        return complete(load(files), out, Console(quiet=True), solve=solve, **options)
-
-
-def computed(log: Path) -> Counter[float]:
-    return Counter(float(line) for line in log.read_text().split())
 
 
 @pytest.mark.usefixtures("shared_workers")
@@ -143,47 +119,9 @@ def _once(log: Path, action, *args) -> None:
         action(*args)
 
 
-DRIVER = """
-import sys
-from functools import partial
-from pathlib import Path
-from rich.console import Console
-from stub_solvers import slow
-from pipeline.catalogue import complete
-from pipeline.place import held
-from pipeline.scenario import load
-
-if __name__ == "__main__":
-    file, out, log, seconds = sys.argv[1:]
-    with held(Path(out)):
-        solve = partial(slow, log=log, seconds=float(seconds))
-        outcome = complete(load([file]), Path(out), Console(), count=2, solve=solve)
-    sys.exit(outcome.exit_code)
-"""
-
-
-@pytest.fixture
-def driver(out, log, tmp_path):
-    """Start a batch of slow runs in a process group of its own."""
-    path = tmp_path / "driver.py"
-    path.write_text(DRIVER)
-
-    def start(file: Path, seconds: float) -> subprocess.Popen[str]:
-        return subprocess.Popen(
-            [sys.executable, path, file, out, log, str(seconds)],
-            env=os.environ | {"PYTHONPATH": os.pathsep.join([str(Path(__file__).parent), str(Path.cwd())])},
-            start_new_session=True,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-        )
-
-    return start
-
-
-def test_two_interrupts_of_the_process_group_stop_at_once(scenario_file, driver, out, log):
-    process = driver(scenario_file(20, 21, 22, 23, 24, 25), 2)
-    _until(lambda: log.exists() and len(log.read_text().split()) >= 2, 120)
+def test_two_interrupts_of_the_process_group_stop_at_once(scenario_file, out, log):
+    process = start_driver(scenario_file(20, 21, 22, 23, 24, 25), out, log, seconds=2)
+    until(lambda: log.exists() and len(log.read_text().split()) >= 2, 120)
     os.killpg(process.pid, signal.SIGINT)
     time.sleep(0.5)
     began = time.monotonic()
@@ -193,22 +131,15 @@ def test_two_interrupts_of_the_process_group_stop_at_once(scenario_file, driver,
     assert time.monotonic() - began < 5
     assert "interrupt again to stop at once" in shown
     assert "Traceback" not in shown
-    assert Counter(store.statuses(out / "box.zarr").tolist()) == {Status.PENDING: 6}
+    assert counts(out / "box.zarr") == {Status.PENDING: 6}
 
 
-def test_an_interrupt_while_the_workers_start_ends_the_batch(scenario_file, driver, out):
-    process = driver(scenario_file(20, 21), 0)
+def test_an_interrupt_while_the_workers_start_ends_the_batch(scenario_file, out, log):
+    process = start_driver(scenario_file(20, 21), out, log, seconds=0)
     # the resource tracker and two workers
-    _until(lambda: len(psutil.Process(process.pid).children()) >= 3)
+    until(lambda: len(psutil.Process(process.pid).children()) >= 3)
     os.killpg(process.pid, signal.SIGINT)
     shown, _ = process.communicate(timeout=60)
     assert process.returncode == 130, shown
     assert "Traceback" not in shown
-    assert Counter(store.statuses(out / "box.zarr").tolist()) == {Status.PENDING: 2}
-
-
-def _until(condition, seconds: float = 30) -> None:
-    end = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < end, "waited in vain"
-        time.sleep(0.05)
+    assert counts(out / "box.zarr") == {Status.PENDING: 2}

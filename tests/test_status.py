@@ -3,31 +3,25 @@ import sys
 from functools import partial
 
 import pytest
-from rich.console import Console
+from batches import run
 from stub_solvers import FAILS, OVERRUNS, by_friction
 from test_cli import pipeline
 
 from pipeline import provenance, store
-from pipeline.catalogue import ChangedError, complete
-from pipeline.place import held, holder
+from pipeline.catalogue import ChangedError
+from pipeline.place import holder
 from pipeline.provenance import code
-from pipeline.scenario import load
 
 
 @pytest.fixture
-def done(scenario_file, tmp_path, shared_workers):
+def done(scenario_file, out, log, shared_workers):
     """Do a batch; gives its place."""
-    out = tmp_path / "results"
 
-    def run(*angles, name="box", **options):
-        with held(out):
-            solve = partial(by_friction, log=tmp_path / "log")
-            complete(
-                load([scenario_file(*angles, name=name)]), out, Console(quiet=True), solve=solve, **options
-            )
+    def do(*angles, name="box", **options):
+        run(out, scenario_file(*angles, name=name), solve=partial(by_friction, log=log), **options)
         return out
 
-    return run
+    return do
 
 
 def test_it_counts_the_runs_of_each_scenario_and_says_what_made_them(done):

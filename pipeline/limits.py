@@ -1,0 +1,86 @@
+"""Limits of a run that its own code cannot be trusted to keep: memory, and time it does not look at."""
+
+# distributed leaves most of its functions without types.
+# mypy: disable-error-code="no-untyped-call"
+
+from __future__ import annotations
+
+import os
+import resource
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from time import sleep
+
+import psutil
+from distributed import Worker, get_worker
+
+# A run looks at the clock between steps; what has not stopped by then is stuck somewhere else.
+GRACE_SECONDS = 30.0
+STUCK_TOPIC = "lmls-stuck"
+TELLING_SECONDS = 0.3
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Limits of every run of a batch.
+
+    memory : bytes a run may take beside what its process holds, None for no limit; kept on Linux only.
+    grace : s beyond its own time limit after which a run that does not stop is ended with its process.
+    """
+
+    memory: int | None = None
+    grace: float = GRACE_SECONDS
+
+    @contextmanager
+    def kept(self, max_wall: float | None, name: str) -> Iterator[None]:
+        """Keep a run to its limits: what is too large for memory raises, what does not stop is killed.
+
+        Parameters
+        ----------
+        max_wall : float, optional
+            Its own limit of elapsed time, s.
+        name : str
+            What the driver is told before the process ends.
+
+        Raises
+        ------
+        MemoryError
+            If the run asks for more memory than allowed.
+        """
+        timer = None
+        if max_wall is not None:
+            timer = threading.Timer(max_wall + self.grace, _end, [_worker(), name])
+            timer.daemon = True
+            timer.start()
+        before = resource.getrlimit(resource.RLIMIT_DATA)
+        try:
+            if self.memory is not None and sys.platform == "linux":
+                held = psutil.Process().memory_info().data
+                resource.setrlimit(resource.RLIMIT_DATA, (held + self.memory, before[1]))
+            yield
+        finally:
+            resource.setrlimit(resource.RLIMIT_DATA, before)
+            if timer is not None:
+                timer.cancel()
+
+
+def _worker() -> Worker | None:
+    """Give the worker this is a task of, if it is one."""
+    try:
+        return get_worker()
+    except ValueError:
+        return None
+
+
+def _end(worker: Worker | None, name: str) -> None:
+    """End this process, and have the driver told why."""
+    if worker is not None:
+        worker.log_event(STUCK_TOPIC, name)
+        sleep(TELLING_SECONDS)
+    os._exit(1)
+
+
+UNLIMITED = Limits()

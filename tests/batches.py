@@ -1,0 +1,82 @@
+"""Batches of stub runs for the tests of what a batch promises, and what is looked at afterwards."""
+
+import os
+import subprocess
+import sys
+import time
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+
+from rich.console import Console
+
+from pipeline import store
+from pipeline.catalogue import complete
+from pipeline.place import held
+from pipeline.scenario import load
+from pipeline.variables import TIMINGS, Status
+
+DRIVER = """
+import sys
+from functools import partial
+from pathlib import Path
+from rich.console import Console
+from stub_solvers import slow
+import pipeline.template
+from pipeline.catalogue import complete
+from pipeline.place import held
+from pipeline.scenario import load
+
+if __name__ == "__main__":
+    file, out, log, seconds, group = sys.argv[1:]
+    pipeline.template.group_size = lambda *_: int(group)
+    with held(Path(out)):
+        solve = partial(slow, log=log, seconds=float(seconds))
+        outcome = complete(load([file]), Path(out), Console(), count=2, solve=solve)
+    sys.exit(outcome.exit_code)
+"""
+
+
+def start_driver(file: Path, out: Path, log: Path, seconds: float, group: int = 1) -> subprocess.Popen[str]:
+    """Start a batch of slow runs on two workers in a process group of its own."""
+    return subprocess.Popen(
+        [sys.executable, "-c", DRIVER, file, out, log, str(seconds), str(group)],
+        env=os.environ | {"PYTHONPATH": os.pathsep.join([str(Path(__file__).parent), str(Path.cwd())])},
+        start_new_session=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
+
+
+def run(out: Path, *files: Path, solve: Callable[..., object], **options: object):
+    """Do a batch in this process, with the workers it is given."""
+    with held(out):
+        return complete(load(files), out, Console(quiet=True), solve=solve, **options)
+
+
+def computed(log: Path) -> Counter[float]:
+    """Count how often each run was computed, by its bed friction."""
+    return Counter(float(line) for line in log.read_text().split())
+
+
+def counts(path: Path) -> Counter[Status]:
+    """Count the runs of a store by what became of them."""
+    return Counter(map(Status, store.statuses(path)))
+
+
+def files(path: Path) -> dict[str, bytes]:
+    """Give all that a store holds but its timings, by name of file."""
+    return {
+        str(file.relative_to(path)): file.read_bytes()
+        for file in sorted(path.rglob("*"))
+        if file.is_file() and file.relative_to(path).parts[0] not in TIMINGS
+    }
+
+
+def until(condition: Callable[[], bool], seconds: float = 120) -> None:
+    """Wait for a condition."""
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end, "waited in vain"
+        time.sleep(0.02)
