@@ -11,7 +11,7 @@ import signal
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 from itertools import islice
 from multiprocessing import resource_tracker
 from typing import TYPE_CHECKING, Any
@@ -32,10 +32,11 @@ from pipeline.variables import Status
 from solver.simulation import simulate
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
     from pathlib import Path
 
-    from pipeline.runs import Run
+    from numpy.typing import NDArray
+
+    from pipeline.runs import Runs
     from pipeline.scenario import Scenario
     from pipeline.shared_points import SharedPoints
 
@@ -67,26 +68,39 @@ class Ending:
     trouble: str = ""
 
 
+@dataclass(frozen=True)
+class Todo:
+    """What is left to do in a store, by its status alone."""
+
+    scenario: Scenario
+    path: Path
+    runs: Runs
+    shared: SharedPoints | Path
+    wanted: NDArray[np.bool_]
+    limits: Limits
+
+    @cached_property
+    def group(self) -> int:
+        """Runs per task."""
+        return store.group(self.path)
+
+    @property
+    def starts(self) -> NDArray[np.int64]:
+        """First run of every group with something left, shape (jobs,)."""
+        return np.unique(np.flatnonzero(self.wanted) // self.group) * self.group
+
+    def jobs(self) -> Iterator[Job]:
+        """Go through what is left, one job a group."""
+        held = variables(self.scenario)
+        for start in self.starts:
+            stop = min(start + self.group, len(self.runs))
+            chosen = tuple(self.runs[i] for i in range(start, stop) if self.wanted[i])
+            yield Job(self.path, held, chosen, self.shared, self.limits)
+
+
 def pending(path: Path, retry_failed: bool) -> NDArray[np.bool_]:
     """Say of every run of a store whether it is left to do, shape (runs,)."""
     return np.isin(store.statuses(path), [Status.PENDING, *([Status.FAILED] if retry_failed else [])])
-
-
-def jobs(
-    scenario: Scenario,
-    path: Path,
-    runs: Sequence[Run],
-    shared: SharedPoints | Path,
-    retry_failed: bool,
-    limits: Limits,
-) -> Iterator[Job]:
-    """List what is left to do in a store, one job a group, from its status alone."""
-    wanted = pending(path, retry_failed)
-    group = store.group(path)
-    for start in range(0, len(runs), group):
-        chosen = tuple(run for run in runs[start : start + group] if wanted[run.index])
-        if chosen:
-            yield Job(path, variables(scenario), chosen, shared, limits)
 
 
 @contextmanager
@@ -150,7 +164,7 @@ def _cluster(count: int) -> LocalCluster:
 def execute(
     client: Client,
     width: int,
-    todo: Iterable[Job],
+    jobs: Iterable[Job],
     report: Callable[[Outcome], None],
     interrupts: Interrupts,
     solve: Solve = simulate,
@@ -166,7 +180,7 @@ def execute(
         Of the workers.
     width : int
         Jobs under way at once: as many as there are workers, so that none waits behind one that kills.
-    todo : iterable of Job
+    jobs : iterable of Job
         Taken as workers become free.
     report : callable
         Told what became of every run.
@@ -188,7 +202,7 @@ def execute(
             report(outcome)
 
     flow = _Flow(client, report, interrupts, solve)
-    flow.run(iter(todo), width, suspects.append)
+    flow.run(iter(jobs), width, suspects.append)
     flow.run((replace(job, runs=(run,)) for job in suspects for run in job.runs), 1, condemned)
     return Ending(interrupts.asked, flow.trouble)
 
@@ -203,7 +217,7 @@ class _Flow:
     solve: Solve
     trouble: str = ""
 
-    def run(self, todo: Iterator[Job], width: int, died: Callable[[Job], None]) -> None:
+    def run(self, jobs: Iterator[Job], width: int, died: Callable[[Job], None]) -> None:
         """Do jobs, ``width`` at a time; ``died`` takes those whose worker died."""
         under_way: dict[Any, Job] = {}
         completed = as_completed()
@@ -211,7 +225,7 @@ class _Flow:
         def submit() -> None:
             if self.interrupts.asked or self.trouble:
                 return
-            for job in islice(todo, 1):
+            for job in islice(jobs, 1):
                 future = self.client.submit(perform, job, self.solve, pure=False)
                 under_way[future.key] = job
                 completed.add(future)

@@ -13,16 +13,16 @@ from dask.system import CPU_COUNT
 from rich.console import Console
 
 from pipeline import layout, provenance, store, table
-from pipeline.batch import Ending, execute, jobs, pending, workers
+from pipeline.batch import Ending, Todo, execute, pending, workers
 from pipeline.compilation import compile_once
 from pipeline.interrupts import heard
 from pipeline.limits import UNLIMITED, Limits
 from pipeline.place import store_path, summary_path
 from pipeline.progress import shown
-from pipeline.runs import Run, expand
+from pipeline.runs import Runs, expand
 from pipeline.scenario import Scenario, differences
 from pipeline.shared_points import SharedPoints, kept, share
-from pipeline.task import Job, Solve
+from pipeline.task import Solve
 from pipeline.template import template
 from pipeline.variables import Status
 from solver.lattice import Lattice
@@ -95,15 +95,15 @@ def complete(
     if replaced and not overwrite:
         raise ChangedError("\n".join(line for lines in replaced.values() for line in lines))
     store.sweep_partials(out)
-    todo: list[Job] = []
+    left: list[Todo] = []
     with ExitStack() as stack:
         for scenario, runs, shared in _shared(scenarios, out, replaced, retry_failed, console):
             path = store_path(out, scenario.name)
             if scenario.name in replaced or not path.exists():
                 layout.create(path, template(scenario, runs, shared))
             carried = stack.enter_context(kept(shared, out / f".{scenario.name}.points.partial"))
-            todo += jobs(scenario, path, runs, carried, retry_failed, limits)
-        ending = _execute(todo, console, count, solve)
+            left.append(Todo(scenario, path, runs, carried, pending(path, retry_failed), limits))
+        ending = _execute(left, console, count, solve)
     whole = table.read(out)
     try:
         table.write(whole, summary_path(out))
@@ -119,13 +119,15 @@ def _shared(
     replaced: Container[str],
     retry_failed: bool,
     console: Console,
-) -> list[tuple[Scenario, list[Run], SharedPoints]]:
+) -> list[tuple[Scenario, Runs, SharedPoints]]:
     """Make the points of scenarios that have something left to do, before anything is written."""
     made = []
     for scenario in scenarios:
         path, runs = store_path(out, scenario.name), expand(scenario)
         if scenario.name in replaced or not path.exists() or pending(path, retry_failed).any():
-            shared = share(scenario, runs)
+            # all runs have one scheme, unless it is swept
+            swept = any(key.startswith("scheme.") for key in scenario.settings.sweep)
+            shared = share(scenario, runs if swept else runs[:1])
             if not isinstance(shared.points, Lattice):
                 console.print(f"{scenario.name}: {len(shared.points):,} points", highlight=False)
             made.append((scenario, runs, shared))
@@ -152,14 +154,15 @@ def _changed(scenarios: Sequence[Scenario], out: Path) -> dict[str, list[str]]:
     return found
 
 
-def _execute(todo: Sequence[Job], console: Console, count: int | None, solve: Solve) -> Ending:
-    if not todo:
+def _execute(left: Sequence[Todo], console: Console, count: int | None, solve: Solve) -> Ending:
+    total = sum(int(each.wanted.sum()) for each in left)
+    if not total:
         return Ending()
-    total = sum(len(job.runs) for job in todo)
-    width = min(count or CPU_COUNT, len(todo))
+    width = min(count or CPU_COUNT, sum(len(each.starts) for each in left))
+    jobs = (job for each in left for job in each.jobs())
     try:
         with shown(console, total) as progress, heard(progress.tell) as interrupts, workers(width) as client:
             compile_once(client, progress.tell, interrupts)
-            return execute(client, width, todo, progress.report, interrupts, solve)
+            return execute(client, width, jobs, progress.report, interrupts, solve)
     except KeyboardInterrupt:
         return Ending(interrupted=True)

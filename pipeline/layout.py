@@ -18,7 +18,8 @@ from pipeline.variables import DIGEST, STATUS, Variable
 
 LARGEST_CHUNK = 20_000_000
 FRAMES_PER_CHUNK = 8
-TASK_SECONDS = 2.0
+# by an estimate that is some four times too long for a flow that covers a part of the lattice
+TASK_SECONDS = 10.0
 LEAST_TASKS = 16
 
 
@@ -98,6 +99,7 @@ def create(path: Path, template: Template) -> None:
         **template.attributes,
         "coordinates": auxiliary,
         "coordinates_hash": digest(known),
+        "runs_per_task": template.group,
     }
     root = zarr.open_group(aside, mode="w", zarr_format=3, attributes=attributes)
     for variable, values in template.coordinates:

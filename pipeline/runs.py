@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from math import prod
+from typing import TYPE_CHECKING, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +15,7 @@ from pipeline.elevation_table import ElevationTable
 from pipeline.scenario import Scenario
 from pipeline.settings import GivenDepth, KindOfSide, Settings
 from pipeline.shared_points import SharedPoints
-from pipeline.sweep import Value, combinations, coordinate_names, path_of
+from pipeline.sweep import Value, assign, coordinate_names, path_of
 from solver.initial_state import lay
 from solver.terrain import SlopeProfile
 
@@ -62,18 +64,55 @@ class Prepared:
     volume_lost: float
 
 
-def expand(scenario: Scenario) -> list[Run]:
-    """List the runs of a scenario: the product of its sweep's lists, the last varying fastest."""
-    data = scenario.settings.model_dump(exclude_unset=True, exclude={"sweep"})
-    sweep = scenario.settings.sweep
-    names = coordinate_names(sweep).values()
-    lists = {path: sweep[key] for key in sweep if (path := path_of(key, data)) is not None}
-    runs = []
-    for index, (values, changed) in enumerate(combinations(data, lists)):
+class Runs(Sequence[Run]):
+    """The runs of a scenario: the product of its sweep's lists, the last varying fastest.
+
+    Each is made when it is asked for: a list of them would grow the process that holds it.
+    """
+
+    def __init__(self, scenario: Scenario) -> None:
+        self.tables = scenario.tables
+        self._data = scenario.settings.model_dump(exclude_unset=True, exclude={"sweep"})
+        sweep = scenario.settings.sweep
+        self._names = tuple(coordinate_names(sweep).values())
+        self._lists = {path: sweep[key] for key in sweep if (path := path_of(key, self._data)) is not None}
+
+    def __len__(self) -> int:
+        return prod(map(len, self._lists.values()))
+
+    @overload
+    def __getitem__(self, index: int) -> Run: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> Sequence[Run]: ...
+
+    def __getitem__(self, index: int | slice) -> Run | Sequence[Run]:
+        if isinstance(index, slice):
+            return [self[i] for i in range(len(self))[index]]
+        index = range(len(self))[index]
+        values = self._values(index)
+        changed = self._data
+        for path, value in zip(self._lists, values, strict=True):
+            changed = assign(changed, path, value)
         settings = Settings.model_validate(changed)
-        table = scenario.tables.get(getattr(settings.terrain, "file", ""))
-        runs.append(Run(index, dict(zip(names, values, strict=True)), settings, table))
-    return runs
+        table = self.tables.get(getattr(settings.terrain, "file", ""))
+        return Run(index, self.parameters(index), settings, table)
+
+    def parameters(self, index: int) -> dict[str, Value]:
+        """Swept values of a run by coordinate name."""
+        return dict(zip(self._names, self._values(index), strict=True))
+
+    def _values(self, index: int) -> tuple[Value, ...]:
+        values: list[Value] = []
+        for choices in reversed(self._lists.values()):
+            index, k = divmod(index, len(choices))
+            values.insert(0, choices[k])
+        return tuple(values)
+
+
+def expand(scenario: Scenario) -> Runs:
+    """List the runs of a scenario."""
+    return Runs(scenario)
 
 
 def output_times(settings: Settings) -> NDArray[np.float64]:

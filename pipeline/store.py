@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import hashlib
+import json
 import os
 import shutil
 from collections.abc import Mapping, Sequence
@@ -18,6 +19,7 @@ import numpy as np
 import zarr
 from numpy.typing import NDArray
 from zarr.api.asynchronous import open_group
+from zarr.core.sync import sync
 
 from pipeline.variables import DIGEST, STATUS, TIMINGS, Status, Variable
 
@@ -25,6 +27,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Values = Mapping[str, Any]
+# The arrays of the store that was written last: a batch goes through its stores one after another.
+_opened: dict[tuple[str, str, tuple[str, ...]], dict[str, zarr.AsyncArray[Any]]] = {}
 
 
 def write(
@@ -48,15 +52,14 @@ def write(
     ValueError
         If the runs are not of one group, whose chunks alone the caller may touch.
     """
-    asyncio.run(_write(path, variables, rows, status))
+    # zarr's own event loop and threads stay; making new ones each time costs as much as all else
+    sync(_write(path, variables, rows, status))
 
 
 async def _write(
     path: Path, variables: Sequence[Variable], rows: Mapping[int, Values], status: Mapping[int, Status]
 ) -> None:
-    root = await open_group(path, mode="r+", use_consolidated=False)
-    found = await asyncio.gather(*(root.getitem(variable.name) for variable in variables))
-    arrays = {array.basename: array for array in found if isinstance(array, zarr.AsyncArray)}
+    arrays = await _arrays(path, tuple(variable.name for variable in variables))
     states = arrays[STATUS.name]
     group = states.chunks[0]
     if len({run // group for run in status}) != 1:
@@ -80,6 +83,17 @@ async def _write(
     await _put(states, block, {run: np.int8(state) for run, state in status.items()})
 
 
+async def _arrays(path: Path, names: tuple[str, ...]) -> dict[str, zarr.AsyncArray[Any]]:
+    """Give arrays of a store, opened once as long as the store is the same."""
+    root = await open_group(path, mode="r+", use_consolidated=False)
+    key = str(path), json.dumps(root.attrs, sort_keys=True), names
+    if key not in _opened:
+        found = await asyncio.gather(*(root.getitem(name) for name in names))
+        _opened.clear()
+        _opened[key] = {array.basename: array for array in found if isinstance(array, zarr.AsyncArray)}
+    return _opened[key]
+
+
 def _value(variable: Variable, row: Values, shape: tuple[int, ...]) -> Any:
     value = row.get(variable.name, variable.fill)
     if variable.dtype == "string":
@@ -94,7 +108,7 @@ def digest(values: Values) -> str:
         array = np.asarray(value)
         text = array.dtype.kind in "OUT"
         found.update(f"{name}\0".encode())
-        found.update("\0".join(array.ravel().tolist()).encode() if text else array.tobytes())
+        found.update("\0".join(array.ravel().tolist()).encode() if text else np.ascontiguousarray(array).data)
     return found.hexdigest()
 
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,10 +13,12 @@ from pydantic import BaseModel
 from pipeline import provenance
 from pipeline.layout import Template, group_size, run_bytes
 from pipeline.points_settings import LatticePoints
-from pipeline.runs import Prepared, Run, build_scene
+from pipeline.runs import Prepared, Run, Runs, build_scene
 from pipeline.shared_points import SharedPoints
 from pipeline.variables import Variable, coordinates, kept
 from solver.lattice import Lattice
+from solver.point_cloud import PointCloud
+from solver.terrain import SlopeProfile
 
 if TYPE_CHECKING:
     from pipeline.scenario import Scenario
@@ -43,7 +45,7 @@ def profile(scenario: Scenario) -> tuple[Variable, ...]:
     )
 
 
-def template(scenario: Scenario, runs: Sequence[Run], shared: SharedPoints) -> Template:
+def template(scenario: Scenario, runs: Runs, shared: SharedPoints) -> Template:
     """Lay out the store of a scenario; the first run stands for the cost of all."""
     prepared = build_scene(runs[0], shared)
     points, times = shared.points, prepared.times
@@ -75,12 +77,13 @@ def template(scenario: Scenario, runs: Sequence[Run], shared: SharedPoints) -> T
 
 def profile_values(prepared: Prepared) -> dict[str, NDArray[np.float64]]:
     """Elevation and horizontal distance at the points of a cloud or along those of a lattice, (nx,), m."""
-    points = prepared.scene.points
+    return _profile_values(prepared.terrain, prepared.scene.points)
+
+
+@lru_cache(maxsize=8)
+def _profile_values(terrain: SlopeProfile, points: Lattice | PointCloud) -> dict[str, NDArray[np.float64]]:
     x = points.x_points if isinstance(points, Lattice) else points.coordinates[0]
-    return {
-        "elevation": prepared.terrain.elevation(x),
-        "horizontal_distance": prepared.terrain.horizontal_distance(x),
-    }
+    return {"elevation": terrain.elevation(x), "horizontal_distance": terrain.horizontal_distance(x)}
 
 
 def seconds(prepared: Prepared) -> float:
@@ -92,13 +95,14 @@ def seconds(prepared: Prepared) -> float:
     return float(STAGES * steps * scene.depth.size / CELL_STAGES_PER_SECOND)
 
 
-def parameters(scenario: Scenario, runs: Sequence[Run]) -> list[tuple[Variable, NDArray[Any]]]:
+def parameters(scenario: Scenario, runs: Runs) -> list[tuple[Variable, NDArray[Any]]]:
     """Swept parameters as coordinates on ``run``; those that are not all numbers as strings."""
     found: list[tuple[Variable, NDArray[Any]]] = []
-    for key, name in zip(scenario.settings.sweep, runs[0].parameters, strict=True):
-        values = [run.parameters[name] for run in runs]
+    first, swept = runs[0], [runs.parameters(i) for i in range(len(runs))]
+    for key, name in zip(scenario.settings.sweep, first.parameters, strict=True):
+        values = [each[name] for each in swept]
         numeric = all(isinstance(v, int | float) and not isinstance(v, bool) for v in values)
-        unit, description = _meaning(runs[0], key)
+        unit, description = _meaning(first, key)
         array = np.array(values, np.float64) if numeric else np.array([str(v) for v in values], object)
         found.append(
             (
