@@ -26,7 +26,7 @@ class WeightedResidual(Section):
         "cells that a slope is taken from, clouds only", default=9
     )
     degree: Literal[1, 2] = key("degree of the LMLS basis, clouds only", default=1)
-    weight_shape: Positive = key("shape parameter c of the LMLS weight (eq. 18), clouds only", default=4.0)
+    weight_shape: Positive = key("shape parameter c of the LMLS weight (eq. 18), clouds only", default=6.0)
 
 
 class Collocation(Section):

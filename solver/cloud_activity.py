@@ -1,14 +1,24 @@
-"""Which cells of a cloud take part in a step, as `solver.activity` does for a lattice."""
+"""Which cells of a cloud take part in a step, as `solver.activity` finds them on a lattice.
+
+Cells are taken by blocks of LANES neighbours in the order of the cloud. What a step reads and writes are runs
+of such blocks: those that are stepped, those whose faces carry fluxes, those whose slopes these need. Nothing
+else is looked at: away from what was stepped last nothing has changed, neither state nor status.
+"""
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
-from solver.activity import HOLDS, Material, Status
-from solver.boundary import DEPTH, NO_SLIP, WALL, Fields, Sides
-from solver.cloud_faces import Faces, fill_ghosts_beyond_faces, slopes_at
+import numpy as np
+from numpy.typing import NDArray
+
+from solver.activity import Status
+from solver.boundary import DEPTH, LANES, Sides
+from solver.cloud_faces import Faces
+from solver.cloud_reconstruction import Gradient
 from solver.compiled import Array, Indices, kernel
+
+Flags = NDArray[np.uint8]
 
 
 class CloudBed(NamedTuple):
@@ -19,172 +29,139 @@ class CloudBed(NamedTuple):
     curvature: Array
 
 
-class Gradient(NamedTuple):
-    """LMLS derivative weights of cell means, each (n, s): the cell itself is the first of its neighbours."""
+class Blocks(NamedTuple):
+    """The blocks near each block, itself included: ``near[first[b]:first[b + 1]]``.
 
-    neighbours: Indices
-    along: Array
-    across: Array
+    Near are those that share a face with it, or a support.
+    """
+
+    first: Indices
+    near: Indices
 
 
-class Stepped(NamedTuple):
-    """Numbers of the cells and faces that take part in a step, and of the cells whose slopes those need."""
+class Activity(NamedTuple):
+    """Flags of blocks, each (blocks,), and runs of them, each (blocks + 1, 2), first and last of a run.
 
-    cells: Indices
-    faces: Indices
-    sloped: Indices
+    moving : have cells that are neither dry nor held. stepped : have cells that can change in the step.
+    fluxed : are left of faces of those. sloped : are near those. counts : (3,), runs of the last three.
+    top : (blocks,), largest wave rate of each, s-1.
+    """
+
+    moving: Flags
+    stepped: Flags
+    fluxed: Flags
+    sloped: Flags
+    stepped_runs: Indices
+    fluxed_runs: Indices
+    sloped_runs: Indices
+    counts: Indices
+    top: Array
+
+
+def blocks_near(faces: Faces, gradient: Gradient) -> Blocks:
+    """Find which blocks are near each other."""
+    inner = slice(0, faces.first[-1])
+    cell = np.tile(np.arange(faces.cells), len(gradient.neighbours))
+    one = np.concatenate([faces.left[inner], cell]).astype(np.int64) // LANES
+    two = np.concatenate([faces.right[inner], gradient.neighbours.ravel()]).astype(np.int64) // LANES
+    count = faces.cells // LANES
+    pairs = np.unique(np.concatenate([one * count + two, two * count + one]))
+    return Blocks(np.searchsorted(pairs, count * np.arange(count + 1)), pairs % count)
+
+
+def activity_of(faces: Faces) -> Activity:
+    """Make the flags and runs of a run; at first all is to be looked at."""
+    count = faces.cells // LANES
+    one, two, three, near = (np.full(count, flag, np.uint8) for flag in (0, 0, 0, 1))
+    runs, others, everything = (np.zeros((count + 1, 2), np.int64) for _ in range(3))
+    everything[0] = 0, faces.cells
+    return Activity(one, two, three, near, runs, others, everything, np.array([0, 0, 1]), np.zeros(count))
 
 
 @kernel()
-def classify_cells(
-    now: Fields,
-    slopes: Array,
-    status: Status,
-    bed: CloudBed,
-    material: Material,
-    sides: Sides,
-    area: Array,
-    faces: Faces,
-) -> float:
-    """Set earth pressure and stillness of all cells; return the largest wave rate of a wet one, s-1.
-
-    A cell is still if it is dry, or if it is at rest with ``|(beta_x h_x - g sin xi, beta_y h_y)|`` at most
-    ``g cos xi tan delta`` at each of its faces, with the one-sided difference to the cell beyond and the
-    gradient along the face. A wall holds what leans on it, whatever that is.
-    """
-    h, u, v = now
-    x_a, x_p, y_aa, y_ap, y_pa, y_pp = material.pressure
-    fastest = 0.0
-    for i in range(len(area)):
-        if h[i] <= material.dry:
-            status.beta_x[i], status.beta_y[i] = bed.normal[i] * x_a, bed.normal[i] * y_aa
-            status.still[i] = 1.0
-            continue
-        extends_x, extends_y = slopes[i, 2] >= 0.0, slopes[i, 5] >= 0.0
-        k_active, k_passive = (y_aa if extends_y else y_ap), (y_pa if extends_y else y_pp)
-        b_x = bed.normal[i] * (x_a if extends_x else x_p)
-        b_y = bed.normal[i] * (k_active if extends_x else k_passive)
-        status.beta_x[i], status.beta_y[i] = b_x, b_y
-        held = u[i] * u[i] + v[i] * v[i] == 0.0
-        limit = bed.normal[i] * material.tangent * HOLDS
-        rate = 0.0
-        for m in range(faces.first[i], faces.first[i + 1]):
-            f, l_x, l_y = faces.face[m], faces.spoke[m, 1], faces.spoke[m, 2]
-            rate += abs(l_x * u[i] + l_y * v[i]) + math.sqrt((b_x * l_x * l_x + b_y * l_y * l_y) * h[i])
-            walled = f >= faces.inner and sides.kind[faces.side[f]] in (WALL, NO_SLIP)
-            if held and not walled:
-                sign, j = (1.0, faces.right[f]) if faces.spoke[m, 0] < 0.0 else (-1.0, faces.left[f])
-                d_x, d_y = sign * faces.geometry[f, 2], sign * faces.geometry[f, 3]
-                more = (h[j] - h[i] - slopes[i, 0] * d_x - slopes[i, 1] * d_y) / (d_x * d_x + d_y * d_y)
-                pull_x = b_x * (slopes[i, 0] + more * d_x) - bed.along[i]
-                pull_y = b_y * (slopes[i, 1] + more * d_y)
-                held = pull_x * pull_x + pull_y * pull_y <= limit * limit
-        status.still[i] = 1.0 if held else 0.0
-        fastest = max(fastest, 0.5 * rate / area[i])
-    return fastest
-
-
-@kernel()
-def classify_cloud(
-    now: Fields,
-    status: Status,
-    bed: CloudBed,
-    material: Material,
-    sides: Sides,
-    area: Array,
-    faces: Faces,
-    gradient: Gradient,
-    slopes: Array,
-    ring: Indices,
-    lists: Indices,
-) -> tuple[float, int, int, int]:
-    """Set the status of all cells and the slopes near wet ones, and list what takes part in the step.
-
-    Parameters
-    ----------
-    area : (n,) array
-        Of the control volumes, m2.
-    slopes : (cells, 8) array
-        Filled as by `slopes_at`.
-    ring : (cells,) array
-        Scratch.
-    lists : (3, n + f) array
-        Its rows are filled with the numbers of cells, of faces, and of cells that need slopes.
-
-    Returns
-    -------
-    tuple of float and three int
-        Largest wave rate, s-1: half the sum over its faces of length times speed, per area. The three counts.
-    """
-    h = now.h
-    dry, n = material.dry, len(area)
-    left, right, inner = faces.left, faces.right, faces.inner
-    fill_ghosts_beyond_faces(now, status.beta_x, faces, sides)
-    for i in range(n):
-        ring[i] = 3 if h[i] > dry else 0
-    for f in range(inner, len(left)):
-        if sides.kind[faces.side[f]] == DEPTH and h[right[f]] > dry:
-            ring[left[f]] = 3
-    # slopes are asked for two cells away from what is wet
-    for near in (2, 1):
-        for f in range(inner):
-            i, j = left[f], right[f]
-            if ring[i] == near + 1 and ring[j] < near:
-                ring[j] = near
-            elif ring[j] == near + 1 and ring[i] < near:
-                ring[i] = near
-    count = 0
-    for i in range(n):
-        if ring[i] > 0:
-            lists[2, count] = i
+def collect(flags: Flags, runs: Indices) -> int:
+    """Fill runs with the first cell and the one after the last of each run of flagged blocks; count them."""
+    count, inside = 0, False
+    for b in range(len(flags)):
+        if flags[b] and not inside:
+            runs[count, 0] = b * LANES
+        if inside and not flags[b]:
+            runs[count, 1] = b * LANES
             count += 1
-    slopes_at(now, lists[2, :count], gradient.neighbours, gradient.along, gradient.across, dry, slopes)
-    fastest = classify_cells(now, slopes, status, bed, material, sides, area, faces)
-    for f in range(inner, len(left)):
-        i, ghost = left[f], right[f]
-        b_x, b_y = status.beta_x[i], status.beta_y[i]
-        status.beta_x[ghost], status.beta_y[ghost], status.still[ghost] = b_x, b_y, status.still[i]
-        if sides.kind[faces.side[f]] == DEPTH and h[ghost] > dry:
-            n_x, n_y = faces.geometry[f, 0], faces.geometry[f, 1]
-            way = faces.geometry[f, 2] * n_x + faces.geometry[f, 3] * n_y
-            b_n = b_x * n_x * n_x + b_y * n_y * n_y
-            push = abs(b_n * (h[ghost] - h[i]) / way - n_x * bed.along[i])
-            if push > bed.normal[i] * material.tangent * HOLDS:
-                status.still[ghost] = 0.0
-                fastest = max(fastest, 2.0 * math.sqrt(b_n * h[ghost]) * faces.geometry[f, 10] / area[i])
-    ring[:] = 0
-    for f in range(len(left)):
-        if status.still[left[f]] == 0.0 or status.still[right[f]] == 0.0:
-            ring[left[f]] = ring[right[f]] = 2
-    ring[n:] = 0
-    cells = stepped_faces = sloped = 0
-    for f in range(len(left)):
-        i, j = left[f], right[f]
-        if ring[i] == 2 or ring[j] == 2:
-            lists[1, stepped_faces] = f
-            stepped_faces += 1
-            ring[i], ring[j] = max(ring[i], 1), max(ring[j], 1)
-    for i in range(n):
-        if ring[i] == 2:
-            lists[0, cells] = i
-            cells += 1
-        if ring[i] > 0:
-            lists[2, sloped] = i
-            sloped += 1
-    return fastest, cells, stepped_faces, sloped
+        inside = flags[b] != 0
+    if inside:
+        runs[count, 1] = len(flags) * LANES
+        count += 1
+    return count
+
+
+@kernel()
+def reach(b: int, first: Indices, near: Indices, fluxed: Flags, sloped: Flags) -> None:
+    """Flag the blocks near block b as sloped, and those before it as fluxed."""
+    for k in range(first[b], first[b + 1]):
+        sloped[near[k]] = 1
+        if near[k] < b:
+            fluxed[near[k]] = 1
+
+
+@kernel()
+def spread_blocks(still: Array, faces: Faces, blocks: Blocks, activity: Activity) -> int:
+    """Find the blocks that take part in the step, and their runs; return the number of cells stepped."""
+    moving, stepped, fluxed, sloped = activity.moving, activity.stepped, activity.fluxed, activity.sloped
+    left, right, first, near = faces.left, faces.right, blocks.first, blocks.near
+    stepped[:] = moving
+    fluxed[:] = moving
+    sloped[:] = moving
+    for b in range(len(moving)):
+        if moving[b]:
+            reach(b, first, near, fluxed, sloped)
+    for b in range(len(moving)):
+        for s in range(faces.first_side[b], faces.first_side[b + 1]):
+            if still[faces.cells + s] == 0.0:
+                stepped[b] = 1
+        inside = moving[b]
+        for k in range(first[b], first[b + 1] if sloped[b] else first[b]):
+            inside &= moving[near[k]]
+        if inside or not sloped[b]:
+            continue
+        # at the edge of what moves it is seen face by face
+        for f in range(faces.first[b], faces.first[b + 1]):
+            there = int(right[f]) // LANES
+            known = stepped[b] and stepped[there]
+            if not known and (still[left[f]] == 0.0 or still[right[f]] == 0.0):
+                stepped[b] = stepped[there] = 1
+    cells = 0
+    for b in range(len(stepped)):
+        if stepped[b]:
+            cells += LANES
+            fluxed[b] = sloped[b] = 1
+            if not moving[b]:
+                reach(b, first, near, fluxed, sloped)
+    activity.counts[0] = collect(stepped, activity.stepped_runs)
+    activity.counts[1] = collect(fluxed, activity.fluxed_runs)
+    activity.counts[2] = collect(sloped, activity.sloped_runs)
+    return cells
 
 
 @kernel()
 def moving_volume_exceeds(
-    h: Array, still: Array, area: Array, sides: Sides, faces: Faces, volume: float
+    h: Array,
+    status: Status,
+    area: Array,
+    sides: Sides,
+    faces: Faces,
+    activity: Activity,
+    volume: float,
 ) -> bool:
     """Whether cells that are not still hold more than a volume, m3, or a given depth drives a side."""
-    for i in range(len(area)):
-        if still[i] == 0.0:
-            volume -= h[i] * area[i]
-            if volume < 0.0:
+    for r in range(activity.counts[0]):
+        start, stop = activity.stepped_runs[r]
+        for i in range(start, stop):
+            if status.still[i] == 0.0:
+                volume -= h[i] * area[i]
+                if volume < 0.0:
+                    return True
+        for b in range(faces.first_side[start // LANES], faces.first_side[stop // LANES]):
+            if sides.kind[faces.side[b]] == DEPTH and status.still[faces.cells + b] == 0.0:
                 return True
-    for f in range(faces.inner, len(faces.left)):
-        if sides.kind[faces.side[f]] == DEPTH and still[faces.right[f]] == 0.0:
-            return True
     return False

@@ -3,12 +3,26 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from solver.cloud_faces import Faces, connect
-from solver.moving_least_squares import Approximation, approximation
+from solver.cloud_activity import Blocks, blocks_near
+from solver.cloud_faces import Faces, all_aligned, connect
+from solver.cloud_reconstruction import Gradient, gradient_of
+from solver.cloud_status import widths_of
+from solver.compiled import Array
+from solver.moving_least_squares import approximation
 from solver.point_cloud import PointCloud
+
+
+class Tables(NamedTuple):
+    """What the kernels read: faces, derivative weights, blocks near each other, and widths of cells."""
+
+    faces: Faces
+    gradient: Gradient
+    blocks: Blocks
+    widths: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -16,15 +30,14 @@ class CloudOperators:
     """Operators of a cloud, and the choices they were made by, as `prepare` takes them."""
 
     cloud: PointCloud
+    support: int
     degree: int
     weight_shape: float
-    faces: Faces
-    slope: Approximation
+    tables: Tables
 
-    @property
-    def support(self) -> int:
-        """Cells that a slope is taken from."""
-        return int(self.slope.neighbours.shape[1])
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Align what comes from another process anew."""
+        self.__dict__.update(state | {"tables": all_aligned(state["tables"])})
 
     def belong_to(self, cloud: PointCloud) -> bool:
         """Whether they are those of a cloud, or of one with the same points and bounds."""
@@ -35,7 +48,7 @@ class CloudOperators:
 
 
 def prepare(
-    cloud: PointCloud, support: int = 9, degree: int = 1, weight_shape: float = 4.0
+    cloud: PointCloud, support: int = 9, degree: int = 1, weight_shape: float = 6.0
 ) -> CloudOperators:
     """Make the operators of a cloud, once for all runs.
 
@@ -63,4 +76,6 @@ def prepare(
         weight_shape,
         second_moment=cells.second_moment,
     )
-    return CloudOperators(cloud, degree, weight_shape, connect(cells), slope)
+    faces, gradient = connect(cells), gradient_of(slope)
+    tables = Tables(faces, gradient, blocks_near(faces, gradient), widths_of(cells, faces))
+    return CloudOperators(cloud, support, degree, weight_shape, all_aligned(tables))

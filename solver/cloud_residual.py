@@ -8,139 +8,131 @@ with supports of five, both schemes are the same.
 
 from __future__ import annotations
 
-import math
-from typing import NamedTuple
-
 import numpy as np
 
 from solver.activity import Material, Status
-from solver.boundary import NO_SLIP, OPEN, WALL, Fields, Sides
-from solver.cell_update import braked, dragged
-from solver.cloud_activity import CloudBed, Gradient, Stepped
-from solver.cloud_faces import (
-    CHUNK,
-    Faces,
-    Gathered,
-    fill_ghosts_beyond_faces,
-    gather,
-    reconstruct,
-    slopes_at,
-)
-from solver.compiled import Array, Indices, kernel
-from solver.reconstruction import FaceValues
-from solver.riemann import Fluxes, hll
-from solver.weighted_residual import SPARE, whole
+from solver.boundary import LANES, Fields, Sides
+from solver.cell_update import braked, drag_row
+from solver.cloud_activity import Activity, CloudBed
+from solver.cloud_faces import HELD, ROOM, Faces, beyond, fill_ghosts_beyond, half_of
+from solver.cloud_fluxes import CloudBuffers, fluxes_through
+from solver.cloud_reconstruction import Gradient, slopes_at
+from solver.compiled import Array, Numbers, kernel
+from solver.weighted_residual import SPARE
+
+# Blocks taken at a time, so that their fluxes are still at hand when their cells are updated.
+SEGMENT = 64
 
 
-class CloudBuffers(NamedTuple):
-    """Scratch arrays.
-
-    slopes : (cells, 8), as `slopes_at` fills them; ghosts keep zeros and no bounds of depth.
-    fluxes : (f, 4), of mass (m2 s-1) and of momentum along and across (m3 s-2), and the mean of h^2/2 (m2).
-    loss, keep : (cells,), volume that leaves a cell per time, m3 s-1, and the share of it that it can afford.
-    gathered, low, high, still, chunk : of a chunk of faces.
-    """
-
-    slopes: Array
-    fluxes: Array
-    loss: Array
-    keep: Array
-    gathered: Gathered
-    low: FaceValues
-    high: FaceValues
-    still: Array
-    chunk: Fluxes
-
-
-def cloud_buffers(cells: int, ghosts: int, faces: int) -> CloudBuffers:
-    """Make the scratch arrays for a number of cells, ghosts and faces."""
-    slopes = np.zeros((cells + ghosts, 8))
-    slopes[cells:, 7] = np.inf
-    return CloudBuffers(
-        slopes,
-        np.zeros((faces, 4)),
-        np.zeros(cells + ghosts),
-        np.ones(cells + ghosts),
-        Gathered(*np.zeros((len(Gathered._fields), 2, CHUNK))),
-        FaceValues(*np.zeros((7, CHUNK))),
-        FaceValues(*np.zeros((7, CHUNK))),
-        np.zeros(2 * CHUNK),
-        Fluxes(*np.zeros((4, CHUNK))),
-    )
+@kernel(unaliased=True)
+def add_around(halves: Array, around: Numbers, start: int, stop: int, gain: Array) -> None:
+    """Add up the half-faces of a run of cells, those that have room in the table."""
+    for k in range(start, stop):
+        i = np.uint64(k)
+        volume = x = y = lost = 0.0
+        for m in range(ROOM):
+            half = np.uint64(around[np.uint64(m), i])
+            into = halves[0, half]
+            volume += into
+            lost -= into if into < 0.0 else 0.0
+            x += halves[1, half]
+            y += halves[2, half]
+        gain[0, i], gain[1, i], gain[2, i], gain[3, i] = volume, x, y, lost
 
 
 @kernel()
-def fluxes_through(
+def add_up(halves: Array, faces: Faces, start: int, stop: int, gain: Array) -> None:
+    """Add up the half-faces of a run of cells."""
+    add_around(halves, faces.around, start, stop, gain)
+    if faces.more[start] == faces.more[stop]:
+        return
+    for i in range(start, stop):
+        for m in range(ROOM, faces.number[i]):
+            half = half_of(faces, i, m)
+            gain[0, i] += halves[0, half]
+            gain[1, i] += halves[1, half]
+            gain[2, i] += halves[2, half]
+            gain[3, i] -= min(halves[0, half], 0.0)
+
+
+@kernel()
+def short(h: Array, lost: Array, area: Array, start: int, stop: int, dt: float) -> bool:
+    """Whether some cell of a run loses in dt (s) more than it can afford; lost : m3 s-1."""
+    count = 0
+    for k in range(start, stop):
+        i = np.uint64(k)
+        count |= 1 if lost[i] * dt > (1.0 - SPARE) * h[i] * area[i] else 0
+    return count > 0
+
+
+@kernel()
+def ration(
     now: Fields,
     status: Status,
-    chosen: Indices,
     faces: Faces,
-    sides: Sides,
-    dry: float,
+    area: Array,
+    start: int,
+    stop: int,
+    dt: float,
     buffers: CloudBuffers,
 ) -> None:
-    """HLL fluxes through faces, in the frame of the domain; what they take from a cell adds to its loss."""
-    low, high, still, chunk = buffers.low, buffers.high, buffers.still, buffers.chunk
-    geometry, fluxes, loss = faces.geometry, buffers.fluxes, buffers.loss
-    for start in range(0, len(chosen), CHUNK):
-        count = min(CHUNK, len(chosen) - start)
-        gather(now, buffers.slopes, faces, chosen, start, count, dry, buffers.gathered)
-        reconstruct(buffers.gathered, 0, whole(count), dry, low.h_high, low.n_high, low.t_high)
-        reconstruct(buffers.gathered, 1, whole(count), dry, high.h_low, high.n_low, high.t_low)
-        for k in range(count):
-            k_ = np.uint64(k)
-            f = np.uint64(chosen[np.uint64(start) + k_])
-            i, j = np.uint64(faces.left[f]), np.uint64(faces.right[f])
-            x_share = geometry[f, 0] * geometry[f, 0]
-            y_share = geometry[f, 1] * geometry[f, 1]
-            low.c[k_] = math.sqrt((status.beta_x[i] * x_share + status.beta_y[i] * y_share) * now.h[i])
-            high.c[k_] = math.sqrt((status.beta_x[j] * x_share + status.beta_y[j] * y_share) * now.h[j])
-            still[k_], still[np.uint64(CHUNK) + k_] = status.still[i], status.still[j]
-        bounded = chosen[start + count - 1] >= faces.inner
-        if bounded:
-            for k in range(count):
-                side = faces.side[chosen[start + k]]
-                if side >= 0 and (sides.kind[side] == WALL or sides.kind[side] == NO_SLIP):
-                    high.h_low[k], high.n_low[k] = low.h_high[k], -low.n_high[k]
-                    high.t_low[k] = low.t_high[k] if sides.kind[side] == WALL else -low.t_high[k]
-        hll(low, 0, high, 0, still, 0, CHUNK, whole(count), dry, chunk, 0)
-        if bounded:
-            restrict_faces(buffers.gathered, low.c, chosen, start, count, faces, sides, chunk)
-        for k in range(count):
-            k_ = np.uint64(k)
-            f = np.uint64(chosen[np.uint64(start) + k_])
-            n_x, n_y, mass = geometry[f, 0], geometry[f, 1], chunk.mass[k_]
-            fluxes[f, 0], fluxes[f, 3] = mass, chunk.pressure[k_]
-            fluxes[f, 1] = n_x * chunk.normal[k_] - n_y * chunk.tangential[k_]
-            fluxes[f, 2] = n_y * chunk.normal[k_] + n_x * chunk.tangential[k_]
-            taken = mass * geometry[f, 10]
-            loss[np.uint64(faces.left[f])] += taken if taken > 0.0 else 0.0
-            loss[np.uint64(faces.right[f])] -= taken if taken < 0.0 else 0.0
+    """Scale what leaves cells of a run to what they can afford, pressure apart; flag the blocks around."""
+    halves, n = buffers.halves, faces.faces
+    for i in range(start, stop):
+        lost, most = buffers.gain[3, i] * dt, (1.0 - SPARE) * now.h[i] * area[i]
+        if lost <= most:
+            continue
+        keep = most / lost
+        for m in range(faces.number[i]):
+            half = half_of(faces, i, m)
+            f, j, _ = beyond(faces, half)
+            if halves[0, half] >= 0.0:
+                continue
+            buffers.rationed[i // LANES] = 1.0
+            if j < faces.cells:
+                buffers.rationed[j // LANES] = 1.0
+            for side in range(2):
+                q, cell = (f, int(faces.left[f])) if side == 0 else (f + n, int(faces.right[f]))
+                pressed = (2 * side - 1) * faces.geometry[6, f] * buffers.pressed[f]
+                if status.still[cell] == HELD:
+                    pressed = 0.0
+                push_x = pressed * faces.geometry[0, f] * status.beta_x[cell]
+                push_y = pressed * faces.geometry[1, f] * status.beta_y[cell]
+                halves[0, q] *= keep
+                halves[1, q] = keep * (halves[1, q] - push_x) + push_x
+                halves[2, q] = keep * (halves[2, q] - push_y) + push_y
 
 
 @kernel()
-def restrict_faces(
-    values: Gathered,
-    c: Array,
-    chosen: Indices,
-    start: int,
-    count: int,
-    faces: Faces,
-    sides: Sides,
-    chunk: Fluxes,
+def update_run(
+    start: Fields,
+    now: Fields,
+    out: Fields,
+    status: Status,
+    bed: CloudBed,
+    material: Material,
+    area: Array,
+    gain: Array,
+    first: int,
+    last: int,
+    part: float,
+    dt: float,
 ) -> None:
-    """Impose on boundary faces what their side allows, as `solver.boundary.restrict`."""
-    for k in range(count):
-        side = faces.side[chosen[start + k]]
-        if side < 0:
-            continue
-        if sides.kind[side] == OPEN and chunk.mass[k] < 0.0:
-            chunk.mass[k] = chunk.normal[k] = chunk.tangential[k] = 0.0
-        elif sides.kind[side] == WALL:
-            chunk.mass[k] = chunk.tangential[k] = 0.0
-        elif sides.kind[side] == NO_SLIP:
-            h, chunk.mass[k] = values.h[0, k], 0.0
-            chunk.tangential[k] = (abs(values.n[0, k]) + c[k]) * h * values.t[0, k]
+    """Update a run of cells, then apply friction, as `solver.cell_update.update_row`."""
+    dry, braking = material.dry, part * dt * material.tangent
+    for k in range(first, last):
+        i = np.uint64(k)
+        h_0, h_1, u_1, v_1 = start.h[i], now.h[i], now.u[i], now.v[i]
+        over = 1.0 / area[i]
+        pull = 0.0 if status.still[i] == HELD else bed.along[i] * h_1
+        hu, hv = h_0 * start.u[i], h_0 * start.v[i]
+        h = h_0 + part * ((h_1 - h_0) + dt * (gain[0, i] * over))
+        hu += part * ((h_1 * u_1 - hu) + dt * (gain[1, i] * over + pull))
+        hv += part * ((h_1 * v_1 - hv) + dt * (gain[2, i] * over))
+        per_depth = braked(hu, hv, h, u_1, h_1, bed.normal[i], bed.curvature[i], braking, dry)
+        out.h[i], out.u[i], out.v[i] = h, hu * per_depth, hv * per_depth
+    if material.drag > 0.0:
+        drag_row(out, first, last - first, part * dt * material.drag)
 
 
 @kernel()
@@ -155,7 +147,7 @@ def cloud_stage(
     area: Array,
     faces: Faces,
     gradient: Gradient,
-    stepped: Stepped,
+    activity: Activity,
     part: float,
     share: float,
     dt: float,
@@ -167,86 +159,48 @@ def cloud_stage(
 
     Parameters
     ----------
-    area : (n,) array
+    area : (cells,) array
         Of the control volumes, m2.
     sloped : bool
         Whether the slopes of ``now`` are there already.
     """
-    dry = material.dry
-    fluxes, loss, keep = buffers.fluxes, buffers.loss, buffers.keep
+    first, first_side, runs = faces.first, faces.first_side, activity.stepped_runs
     if not sloped:
-        fill_ghosts_beyond_faces(now, status.beta_x, faces, sides)
-        slopes_at(
-            now, stepped.sloped, gradient.neighbours, gradient.along, gradient.across, dry, buffers.slopes
-        )
-    loss[:] = 0.0
-    fluxes_through(now, status, stepped.faces, faces, sides, dry, buffers)
-    short = 0
-    for k in range(len(stepped.cells)):
-        i = np.uint64(stepped.cells[np.uint64(k)])
-        lost, most = loss[i] * (dt / area[i]), (1.0 - SPARE) * now.h[i]
-        keep[i] = most / lost if lost > most else 1.0
-        short |= 1 if lost > most else 0
-    if short:
-        for k in range(len(stepped.faces)):
-            f = stepped.faces[k]
-            giver = faces.left[f] if fluxes[f, 0] > 0.0 else faces.right[f]
-            for q in range(3):
-                fluxes[f, q] *= keep[giver]
-    for k in range(len(stepped.faces) - 1, -1, -1):
-        f = stepped.faces[k]
-        if f < faces.inner:
-            break
-        leaving = fluxes[f, 0] * faces.geometry[f, 10] * share * dt
-        if leaving > 0.0:
-            ledger[faces.side[f], 1] += leaving
-        else:
-            ledger[faces.side[f], 0] -= leaving
-    update_cells(stepped.cells, start, now, out, status, bed, material, area, faces, part, dt, fluxes)
-
-
-@kernel()
-def update_cells(
-    chosen: Indices,
-    start: Fields,
-    now: Fields,
-    out: Fields,
-    status: Status,
-    bed: CloudBed,
-    material: Material,
-    area: Array,
-    faces: Faces,
-    part: float,
-    dt: float,
-    fluxes: Array,
-) -> None:
-    """Update cells from their faces, then apply friction, as `solver.weighted_residual.update_row`."""
-    dry, braking = material.dry, part * dt * material.tangent
-    spoke = faces.spoke
-    for k in range(len(chosen)):
-        i = np.uint64(chosen[np.uint64(k)])
-        gain = gain_u = gain_v = push_x = push_y = 0.0
-        for m in range(faces.first[i], faces.first[i + np.uint64(1)]):
-            m_ = np.uint64(m)
-            f, length = np.uint64(faces.face[m_]), spoke[m_, 0]
-            gain += length * fluxes[f, 0]
-            gain_u += length * fluxes[f, 1]
-            gain_v += length * fluxes[f, 2]
-            push_x += spoke[m_, 1] * fluxes[f, 3]
-            push_y += spoke[m_, 2] * fluxes[f, 3]
-        over = 1.0 / area[i]
-        h_0, h_1 = start.h[i], now.h[i]
-        free = 1.0 - (status.still[i] if h_0 > dry else 0.0)
-        gain *= over
-        gain_u = gain_u * over + free * (status.beta_x[i] * push_x * over + bed.along[i] * h_1)
-        gain_v = gain_v * over + free * (status.beta_y[i] * push_y * over)
-        hu, hv = h_0 * start.u[i], h_0 * start.v[i]
-        h = h_0 + part * ((h_1 - h_0) + dt * gain)
-        hu += part * ((h_1 * now.u[i] - hu) + dt * gain_u)
-        hv += part * ((h_1 * now.v[i] - hv) + dt * gain_v)
-        per_depth = braked(hu, hv, h, now.u[i], h_1, bed.normal[i], bed.curvature[i], braking, dry)
-        u, v = hu * per_depth, hv * per_depth
-        slowed = (
-            dragged(math.sqrt(u * u + v * v), h, part * dt * material.drag) if material.drag > 0.0 else 1.0
-        )
-        out.h[i], out.u[i], out.v[i] = h, u * slowed, v * slowed
+        for r in range(activity.counts[2]):
+            a, b = activity.sloped_runs[r]
+            slopes_at(now, gradient, a, b, material.dry, buffers.slopes)
+    # boundary faces are few: all from the first to the last that take part
+    a, b = first_side[runs[0, 0] // LANES], first_side[runs[activity.counts[0] - 1, 1] // LANES]
+    fill_ghosts_beyond(now, status.beta_x, faces, sides, a, b)
+    fluxes_through(now, status, faces, sides, material.dry, buffers, faces.outer + a, faces.outer + b)
+    at, rationed = 0, False
+    for r in range(activity.counts[1]):
+        low, high = activity.fluxed_runs[r] // LANES
+        for block in range(low, high, SEGMENT):
+            a, b = block, min(block + SEGMENT, high)
+            fluxes_through(now, status, faces, sides, material.dry, buffers, first[a], first[b])
+            # a cell is on the right of faces of earlier blocks only, so that those here are complete
+            while at < activity.counts[0] and runs[at, 0] < b * LANES:
+                one, two = max(runs[at, 0], a * LANES), min(runs[at, 1], b * LANES)
+                add_up(buffers.halves, faces, one, two, buffers.gain)
+                rationed |= short(now.h, buffers.gain[3], area, one, two, dt)
+                update_run(start, now, out, status, bed, material, area, buffers.gain, one, two, part, dt)
+                if runs[at, 1] > b * LANES:
+                    break
+                at += 1
+    if rationed:
+        for r in range(activity.counts[0]):
+            ration(now, status, faces, area, runs[r, 0], runs[r, 1], dt, buffers)
+        for block in range(len(buffers.rationed)):
+            if buffers.rationed[block] > 0.0:
+                one, two = block * LANES, (block + 1) * LANES
+                add_up(buffers.halves, faces, one, two, buffers.gain)
+                update_run(start, now, out, status, bed, material, area, buffers.gain, one, two, part, dt)
+                buffers.rationed[block] = 0.0
+    for r in range(activity.counts[0]):
+        for s in range(first_side[runs[r, 0] // LANES], first_side[runs[r, 1] // LANES]):
+            leaving = -buffers.halves[0, faces.outer + s] * share * dt
+            if leaving > 0.0:
+                ledger[faces.side[s], 1] += leaving
+            else:
+                ledger[faces.side[s], 0] -= leaving

@@ -8,13 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.activity import Status
-from solver.boundary import Fields
-from solver.cloud_activity import CloudBed, Gradient
+from solver.boundary import LANES, Fields
+from solver.cloud_activity import CloudBed, activity_of
+from solver.cloud_faces import DRY, aligned, all_aligned
+from solver.cloud_fluxes import cloud_buffers
 from solver.cloud_operators import CloudOperators, prepare
-from solver.cloud_residual import cloud_buffers
 from solver.cloud_stepping import advance_cloud, record_cells
 from solver.compiled import Array
 from solver.point_cloud import PointCloud
+from solver.rheology import PressureCoefficients
 from solver.run_setup import (
     Carried,
     by_name,
@@ -57,33 +59,32 @@ class CloudRun:
 
     def __init__(self, scene: Scene, end: float, arrival_depth: float) -> None:
         operators = operators_of(scene)
-        cells = operators.cloud.control_volumes
+        volumes, faces = operators.cloud.control_volumes, operators.tables.faces
         self.scene, self.end, self.arrival_depth = scene, end, arrival_depth
-        self.centroid, self.area, self.faces = cells.centroid, cells.area, operators.faces
-        n, f = len(self.area), len(self.faces.left)
-        ghosts = f - self.faces.inner
+        self.operators, self.centroid, self.faces = operators, volumes.centroid, faces
         initial = state_of(scene)
         self.sides = sides_of(scene)
         self.material = material_of(scene, initial[0], self.sides)
+        self.count, spare = len(volumes.area), faces.cells - len(volumes.area)
+        room = spare + len(faces.side) + LANES
         wet = initial[0] > self.material.dry
-        h, u, v = (np.pad(np.where(wet | (k == 0), a, 0.0), (0, ghosts)) for k, a in enumerate(initial))
-        self.now = Fields(h, u, v)
-        self.stages = [Fields(h.copy(), u.copy(), v.copy()) for _ in range(2)]
-        x, y = np.ascontiguousarray(self.centroid.T)
-        self.bed = CloudBed(*gravity_along_and_normal(scene, x, y), scene.terrain.curvature(x, y))
-        slope = operators.slope
-        self.gradient = Gradient(slope.neighbours, slope.along, slope.across)
-        load = np.concatenate([self.bed.normal, self.bed.normal[self.faces.left[self.faces.inner :]]])
-        x_active, _, y_active, *_ = self.material.pressure
-        self.status = Status(load * x_active, load * y_active, np.ones(n + ghosts))
-        self.buffers = cloud_buffers(n, ghosts, f)
-        self.ring, self.lists = np.zeros(n + ghosts, np.int64), np.zeros((3, n + f), np.int64)
-        self.record = Record(np.zeros(n), np.zeros(n), np.zeros(n), np.full(n, np.nan))
+        padded = [np.pad(np.where(wet | (k == 0), a, 0.0), (0, room)) for k, a in enumerate(initial)]
+        self.now, *self.stages = (Fields(*(aligned(a) for a in padded)) for _ in range(3))
+        self.area = aligned(np.pad(volumes.area, (0, spare), mode="edge"))
+        x, y = (np.pad(a, (0, spare), mode="edge") for a in volumes.centroid.T)
+        bed = CloudBed(*gravity_along_and_normal(scene, x, y), scene.terrain.curvature(x, y))
+        self.bed = all_aligned(bed)
+        load = np.concatenate([self.bed.normal, self.bed.normal[volumes.side_cell], np.ones(LANES)])
+        active = PressureCoefficients(*self.material.pressure)
+        status = Status(load * active.x_active, load * active.y_active_active, np.full(len(load), DRY))
+        self.status = all_aligned(status)
+        self.activity, self.buffers = activity_of(faces), cloud_buffers(faces)
+        self.record = all_aligned(Record(*(np.full(faces.cells, a) for a in (0.0, 0.0, 0.0, np.nan))))
         self.progress = Progress(
             np.zeros(1), np.zeros(1, np.int64), np.zeros(1, np.int64), np.zeros((4, 2)), np.full(1, -1)
         )
         self.rest_volume = scene.scheme.rest_share * self.volume
-        record_cells(self.now, n, self.material.dry, arrival_depth, self.record, self.progress)
+        record_cells(self.now, 0, self.count, self.material.dry, arrival_depth, self.record, self.progress)
 
     def advance(self, target: float, max_steps: int | None) -> int:
         """Step to ``target``, s; say why it stopped."""
@@ -96,11 +97,12 @@ class CloudRun:
                 self.material,
                 self.sides,
                 self.area,
+                self.operators.tables.widths,
                 self.faces,
-                self.gradient,
+                self.operators.tables.gradient,
+                self.operators.tables.blocks,
+                self.activity,
                 self.buffers,
-                self.ring,
-                self.lists,
                 SSP_RK3,
                 self.scene.scheme.cfl,
                 target,
@@ -125,6 +127,10 @@ class CloudRun:
     def restore(self, carried: Carried) -> None:
         """Set a run made from the same scene to where these arrays were taken."""
         put_back(self.carried, carried)
+        for stage in self.stages:
+            put_back(by_name(now=stage), by_name(now=self.now))
+        # what is looked at anew comes out as it was
+        self.activity = activity_of(self.faces)
 
     @property
     def time(self) -> float:
@@ -134,13 +140,13 @@ class CloudRun:
     @property
     def state(self) -> tuple[Array, Array, Array]:
         """Depth (m) and velocity (m s-1) of the cells, copies of shape (n,)."""
-        h, u, v = (a[: len(self.area)].copy() for a in self.now)
+        h, u, v = (a[: self.count].copy() for a in self.now)
         return h, u, v
 
     @property
     def volume(self) -> float:
         """Volume in the domain, m3."""
-        return float(self.state[0] @ self.area)
+        return float(self.state[0] @ self.area[: self.count])
 
     @property
     def ledger(self) -> Array:
@@ -150,7 +156,7 @@ class CloudRun:
     @property
     def maxima(self) -> Record:
         """Maxima over the steps, arrays of shape (n,)."""
-        return self.record
+        return Record(*(a[: self.count] for a in self.record))
 
     @property
     def place(self) -> tuple[float, float]:

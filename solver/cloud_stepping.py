@@ -6,9 +6,18 @@ import math
 
 from solver.activity import Material, Status
 from solver.boundary import Fields, Sides
-from solver.cloud_activity import CloudBed, Gradient, Stepped, classify_cloud, moving_volume_exceeds
+from solver.cloud_activity import (
+    Activity,
+    Blocks,
+    CloudBed,
+    moving_volume_exceeds,
+    spread_blocks,
+)
 from solver.cloud_faces import Faces
-from solver.cloud_residual import CloudBuffers, cloud_stage
+from solver.cloud_fluxes import CloudBuffers
+from solver.cloud_reconstruction import Gradient
+from solver.cloud_residual import cloud_stage
+from solver.cloud_status import classify_cloud
 from solver.compiled import Array, Indices, kernel
 from solver.time_stepping import (
     AT_REST,
@@ -26,16 +35,31 @@ from solver.time_stepping import (
 
 @kernel(fastmath=False)
 def record_cells(
-    now: Fields, n: int, dry: float, threshold: float, record: Record, progress: Progress
+    now: Fields,
+    start: int,
+    stop: int,
+    dry: float,
+    threshold: float,
+    record: Record,
+    progress: Progress,
 ) -> bool:
-    """Update the maxima of all n cells; on a value that is not finite, note its cell."""
-    if record_run(now, 0, n, dry, threshold, progress.time[0], record, 0):
+    """Update the maxima of a run of cells; on a value that is not finite, note its cell."""
+    if record_run(now, start, stop - start, dry, threshold, progress.time[0], record, start):
         return True
-    for i in range(n):
+    for i in range(start, stop):
         if not math.isfinite(now.h[i] * (now.u[i] ** 2 + now.v[i] ** 2)):
             progress.place[0] = i
             break
     return False
+
+
+@kernel()
+def copy_runs(source: Fields, target: Fields, runs: Indices) -> None:
+    """Copy runs of cells."""
+    for start, stop in runs:
+        target.h[start:stop] = source.h[start:stop]
+        target.u[start:stop] = source.u[start:stop]
+        target.v[start:stop] = source.v[start:stop]
 
 
 @kernel()
@@ -48,11 +72,12 @@ def advance_cloud(
     material: Material,
     sides: Sides,
     area: Array,
+    widths: Array,
     faces: Faces,
     gradient: Gradient,
+    blocks: Blocks,
+    activity: Activity,
     buffers: CloudBuffers,
-    ring: Indices,
-    lists: Indices,
     parts: tuple[float, ...],
     cfl: float,
     target: float,
@@ -63,26 +88,40 @@ def advance_cloud(
     record: Record,
     progress: Progress,
 ) -> int:
-    """Step until ``target`` (s) or until at most ``rest_volume`` (m3) moves; return why it stopped."""
-    stages, n = len(parts), len(area)
+    """Step until ``target`` (s) or until at most ``rest_volume`` (m3) moves; return why it stopped.
+
+    Between steps the three states are equal, so that a stage finds in its own what it reads beside the cells
+    it steps. The last stage fills another state than the one it starts from: its loop could not vectorise.
+    """
+    stages = len(parts)
     while progress.time[0] < target:
+        # before anything is touched, so that the run can go on from here as if it had not stopped
         if progress.steps[0] >= max_steps:
             return OUT_OF_STEPS
-        rate, cells, stepped_faces, sloped = classify_cloud(
-            now, status, bed, material, sides, area, faces, gradient, buffers.slopes, ring, lists
+        rate = classify_cloud(
+            now,
+            buffers.slopes,
+            status,
+            bed,
+            material,
+            sides,
+            faces,
+            gradient,
+            area,
+            widths,
+            activity,
+            buffers.rate,
         )
-        if cells == 0 or not moving_volume_exceeds(now.h, status.still, area, sides, faces, rest_volume):
+        cells = spread_blocks(status.still, faces, blocks, activity)
+        if not moving_volume_exceeds(now.h, status, area, sides, faces, activity, rest_volume):
             return AT_REST
         remaining = target - progress.time[0]
         dt = step_length(rate, cfl, remaining, end)
         if dt == 0.0:
             return COLLAPSED
-        stepped = Stepped(lists[0, :cells], lists[1, :stepped_faces], lists[2, :sloped])
-        for stage in (first_stage, second_stage):
-            stage.h[:], stage.u[:], stage.v[:] = now.h, now.u, now.v
         source = now
         for k in range(stages):
-            out = now if k == stages - 1 else (first_stage if k % 2 == 0 else second_stage)
+            out = first_stage if k % 2 == 0 else second_stage
             cloud_stage(
                 now,
                 source,
@@ -94,7 +133,7 @@ def advance_cloud(
                 area,
                 faces,
                 gradient,
-                stepped,
+                activity,
                 parts[k],
                 share_of_step(parts, k),
                 dt,
@@ -103,9 +142,13 @@ def advance_cloud(
                 k == 0,
             )
             source = out
+        runs = activity.stepped_runs[: activity.counts[0]]
+        copy_runs(first_stage, now, runs)
+        copy_runs(first_stage, second_stage, runs)
         progress.time[0] = target if dt == remaining else progress.time[0] + dt
         progress.steps[0] += 1
         progress.cell_stages[0] += stages * cells
-        if not record_cells(now, n, material.dry, threshold, record, progress):
-            return NOT_FINITE
+        for start, stop in runs:
+            if not record_cells(now, start, stop, material.dry, threshold, record, progress):
+                return NOT_FINITE
     return REACHED

@@ -159,7 +159,7 @@ class CollocationRun:
             np.zeros(1), np.zeros(1, np.int64), np.zeros(1, np.int64), np.zeros((4, 2)), np.full(1, -1)
         )
         self.rest_volume = scheme.rest_share * self.volume
-        record_cells(self.now, n, self.material.dry, arrival_depth, self.record, self.progress)
+        record_cells(self.now, 0, n, self.material.dry, arrival_depth, self.record, self.progress)
 
     def advance(self, target: float, max_steps: int | None) -> int:
         """Step to ``target``, s; say why it stopped."""

@@ -92,7 +92,7 @@ def advance_collocation(
             velocities(scratch.q, scratch.chosen[:count], stencils, dry, film, around, now)
         progress.time[0] = target if dt == remaining else progress.time[0] + dt
         progress.steps[0] += 1
-        if not record_cells(now, n, dry, threshold, record, progress):
+        if not record_cells(now, 0, n, dry, threshold, record, progress):
             return NOT_FINITE
         if moving_volume(now, area, dry, n) <= rest_volume:
             return AT_REST

@@ -13,10 +13,13 @@ from typing import Any
 import numba
 import numpy as np
 from numba.core.codegen import get_host_cpu_features
+from numba.core.compiler import Compiler
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
+# numbers of cells and faces in the large tables of a cloud, whose size is what reading them costs
+Numbers = NDArray[np.uint32]
 # the settings of numba are made at run time
 config: Any = numba.config
 
@@ -55,7 +58,17 @@ def cache_directory() -> Path:
     raise OSError("no writable folder for compiled kernels")
 
 
-def kernel(fastmath: bool = True) -> Callable[[Callable[..., Any]], Any]:
+class _Unaliased(Compiler):
+    """Numba's compiler, told that no two arrays that a function is given overlap."""
+
+    def __init__(self, *args: Any) -> None:
+        *before, flags, types = args
+        flags = flags.copy()
+        flags.noalias = True
+        super().__init__(*before, flags, types)  # type: ignore[no-untyped-call, call-arg]
+
+
+def kernel(fastmath: bool = True, unaliased: bool = False) -> Callable[[Callable[..., Any]], Any]:
     """Decorate a function to be compiled by Numba.
 
     NumPy's error model (a division by zero gives inf) lets loops vectorise. Of fast mathematics only the
@@ -66,6 +79,9 @@ def kernel(fastmath: bool = True) -> Callable[[Callable[..., Any]], Any]:
     ----------
     fastmath : bool
         False for the functions that look for NaN.
+    unaliased : bool
+        Promise that nothing written lies in an array that is read. Where what is read is found by an index,
+        LLVM cannot see that by itself, and the loop would not vectorise.
     """
     flags = {"nnan", "nsz"} if fastmath else False
 
@@ -74,7 +90,13 @@ def kernel(fastmath: bool = True) -> Callable[[Callable[..., Any]], Any]:
         before = config.CACHE_DIR
         config.CACHE_DIR = str(cache_directory())
         try:
-            return numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=flags)(function)
+            return numba.njit(
+                cache=True,
+                nogil=True,
+                error_model="numpy",
+                fastmath=flags,
+                pipeline_class=_Unaliased if unaliased else Compiler,
+            )(function)
         finally:
             config.CACHE_DIR = before
 

@@ -42,7 +42,7 @@ class WeightedResidual:
     rest_share: float = 1e-4
     support: int = 9
     degree: int = 1
-    weight_shape: float = 4.0
+    weight_shape: float = 6.0
 
 
 @dataclass(frozen=True)
