@@ -36,6 +36,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from pipeline.checkpoints import Checkpoints
     from pipeline.runs import Runs
     from pipeline.scenario import Scenario
     from pipeline.shared_points import SharedPoints
@@ -78,6 +79,7 @@ class Todo:
     shared: SharedPoints | Path
     wanted: NDArray[np.bool_]
     limits: Limits
+    checkpoints: Checkpoints | None
 
     @cached_property
     def group(self) -> int:
@@ -95,7 +97,7 @@ class Todo:
         for start in self.starts:
             stop = min(start + self.group, len(self.runs))
             chosen = tuple(self.runs[i] for i in range(start, stop) if self.wanted[i])
-            yield Job(self.path, held, chosen, self.shared, self.limits)
+            yield Job(self.path, held, chosen, self.shared, self.limits, self.checkpoints)
 
 
 def pending(path: Path, retry_failed: bool) -> NDArray[np.bool_]:

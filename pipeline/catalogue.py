@@ -14,10 +14,11 @@ from rich.console import Console
 
 from pipeline import layout, provenance, store, table
 from pipeline.batch import Ending, Todo, execute, pending, workers
+from pipeline.checkpoints import EVERY_SECONDS, Checkpoints
 from pipeline.compilation import compile_once
 from pipeline.interrupts import heard
 from pipeline.limits import UNLIMITED, Limits
-from pipeline.place import store_path, summary_path
+from pipeline.place import checkpoint_path, store_path, summary_path
 from pipeline.progress import shown
 from pipeline.runs import Runs, expand
 from pipeline.scenario import Scenario, differences
@@ -60,6 +61,7 @@ def complete(
     overwrite: bool = False,
     retry_failed: bool = False,
     limits: Limits = UNLIMITED,
+    checkpoint_every: float = EVERY_SECONDS,
     solve: Solve = simulate,
 ) -> Outcome:
     """Do what is left of scenarios in a place the caller holds, and write its table.
@@ -78,6 +80,8 @@ def complete(
         Replace stores that something else was made from or by; do failed runs again.
     limits : Limits
         Of every run.
+    checkpoint_every : float
+        Elapsed time of a run between two checkpoints, s.
     solve : callable
         The solver.
 
@@ -99,10 +103,14 @@ def complete(
     with ExitStack() as stack:
         for scenario, runs, shared in _shared(scenarios, out, replaced, retry_failed, console):
             path = store_path(out, scenario.name)
+            folder = checkpoint_path(out, scenario.name)
+            checkpoints = Checkpoints(folder, provenance.identity(scenario.digest), checkpoint_every)
             if scenario.name in replaced or not path.exists():
+                checkpoints.clear()
                 layout.create(path, template(scenario, runs, shared))
             carried = stack.enter_context(kept(shared, out / f".{scenario.name}.points.partial"))
-            left.append(Todo(scenario, path, runs, carried, pending(path, retry_failed), limits))
+            wanted = pending(path, retry_failed)
+            left.append(Todo(scenario, path, runs, carried, wanted, limits, checkpoints))
         ending = _execute(left, console, count, solve)
     whole = table.read(out)
     try:

@@ -44,6 +44,9 @@ def run(
     memory_limit: Annotated[
         str | None, typer.Option(help="Memory a run may take, as 2GB.", show_default="no limit")
     ] = None,
+    checkpoint_every: Annotated[
+        float, typer.Option(min=0, help="Seconds between two checkpoints of a long run.")
+    ] = 60.0,
 ) -> None:
     """Do what is left of the scenarios' runs.
 
@@ -69,6 +72,7 @@ def run(
                 overwrite=overwrite,
                 retry_failed=retry_failed,
                 limits=Limits(_bytes(memory_limit)),
+                checkpoint_every=checkpoint_every,
             )
     except BadInput as error:
         typer.echo(str(error), err=True)

@@ -37,6 +37,11 @@ def store_paths(out: Path) -> list[Path]:
     return paths
 
 
+def checkpoint_path(out: Path, name: str) -> Path:
+    """Folder of the checkpoints of a scenario's runs."""
+    return out / f".{name}.checkpoints"
+
+
 def summary_path(out: Path) -> Path:
     """Table over all scenarios of the place."""
     return out / "summary.csv"

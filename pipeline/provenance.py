@@ -42,6 +42,12 @@ def differences(before: Mapping[str, object]) -> list[str]:
     ]
 
 
+def identity(scenario_hash: str) -> str:
+    """Hash of all that decides the values of a scenario's runs, hexadecimal."""
+    held = [scenario_hash, *(made_by()[key] for key in BINDING)]
+    return hashlib.sha256("\n".join(held).encode()).hexdigest()
+
+
 def short(value: object) -> str:
     """Shorten a hash, for people to read; ``unknown`` where there is none."""
     return "unknown" if value is None else str(value)[:12]

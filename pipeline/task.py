@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from pipeline import shared_points, store
+from pipeline.checkpoints import Checkpoints
 from pipeline.limits import UNLIMITED, Limits
 from pipeline.runs import Prepared, Run, build_scene
 from pipeline.shared_points import SharedPoints
@@ -31,6 +32,7 @@ class Job:
     runs: tuple[Run, ...]
     shared: SharedPoints | Path
     limits: Limits = UNLIMITED
+    checkpoints: Checkpoints | None = None
 
     def name(self, run: Run) -> str:
         """Name of a run that no other store has."""
@@ -75,6 +77,9 @@ def perform(job: Job, solve: Solve = simulate) -> list[Outcome]:
         outcomes.append(Outcome(job.path, run.index, status, rows[run.index].get("failure_reason", "")))
     if rows:
         store.write(job.path, job.variables, rows, {o.run: o.status for o in outcomes if o.run in rows})
+        if job.checkpoints is not None:
+            for index in rows:
+                job.checkpoints.of(index).remove()
     return outcomes
 
 
@@ -98,6 +103,7 @@ def _compute(job: Job, run: Run, shared: SharedPoints, solve: Solve) -> tuple[St
                 stop_at_rest=prepared.stop_at_rest,
                 max_steps=most.max_steps,
                 max_wall=most.max_wall,
+                keeper=None if job.checkpoints is None else job.checkpoints.of(run.index),
             )
         if result.failure is not None and result.failure.reason == OUT_OF_TIME:
             # how far it came is chance, which a store holds nothing of

@@ -108,15 +108,14 @@ class Watch:
             return self.run.advance(target, self.most)
         steps = self.run.progress.steps
         while self.max_wall is None or self.wall <= self.max_wall:
-            before, began = int(steps[0]), perf_counter()
-            outcome = self.run.advance(target, min(before + self._chunk, self.most))
-            taken, now = int(steps[0]) - before, perf_counter()
-            if outcome != OUT_OF_STEPS or steps[0] >= self.most:
-                return outcome
-            fitting = int(taken * LOOK_SECONDS / max(now - began, 1e-9))
-            self._chunk = max(1, min(2 * self._chunk, fitting))
-            if self.keeper is not None and now - self._saved >= self.keeper.every:
+            if self.keeper is not None and perf_counter() - self._saved >= self.keeper.every:
                 frames = tuple(field[:passed] for field in self.kept)
                 self.keeper.save(Snapshot(self.run.carried, passed, frames, self.wall, self.cpu))
                 self._saved = perf_counter()
+            before, began = int(steps[0]), perf_counter()
+            outcome = self.run.advance(target, min(before + self._chunk, self.most))
+            taken, elapsed = int(steps[0]) - before, perf_counter() - began
+            if outcome != OUT_OF_STEPS or steps[0] >= self.most:
+                return outcome
+            self._chunk = max(1, min(2 * self._chunk, int(taken * LOOK_SECONDS / max(elapsed, 1e-9))))
         return OUT_OF_TIME

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from zarr.storage import LocalStore
 
-from solver.simulation import Failure, Ledger, Result
+from solver.simulation import Failure, Ledger, Result, simulate
 
 SET = LocalStore.set
 RAISES, KILLS, FAILS, OVERRUNS, HANGS, SWELLS = 11.0, 12.0, 13.0, 14.0, 15.0, 16.0
@@ -90,6 +90,29 @@ def heal():
     """Undo what stores were made to refuse."""
     resource.setrlimit(resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
     LocalStore.set = SET
+
+
+def dying_after(scene, times, *, log, saves, keeper, **options):
+    """Run the solver, noting the time it begins at; once, die after so many checkpoints."""
+    load, save = keeper.load, keeper.save
+    flag, count = Path(log).with_suffix(".died"), 0
+
+    def noted():
+        snapshot = load()
+        with Path(log).open("a") as file:
+            file.write(f"{0 if snapshot is None else snapshot.passed} ")
+        return snapshot
+
+    def counted(snapshot):
+        nonlocal count
+        save(snapshot)
+        count += 1
+        if count == saves and not flag.exists():
+            flag.touch()
+            os.kill(os.getpid(), signal.SIGKILL)
+
+    keeper.load, keeper.save = noted, counted
+    return simulate(scene, times, keeper=keeper, **options)
 
 
 def breaking(scene, times, *, store, **options):

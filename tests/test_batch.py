@@ -63,6 +63,7 @@ class TestABatch:
     def test_finds_the_guilty_run_of_a_group(self, scenario_file, out, log, monkeypatch):
         monkeypatch.setattr("pipeline.template.group_size", lambda *_: 3)
         outcome = run(out, scenario_file(20, KILLS, 21, 22), solve=partial(by_friction, log=log))
+        assert outcome.ending.trouble == ""
         assert outcome.statuses == {Status.DONE: 3, Status.FAILED: 1}
         assert store.statuses(out / "box.zarr").tolist() == [1, 2, 1, 1]
 
