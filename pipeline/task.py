@@ -101,6 +101,7 @@ def _compute(job: Job, run: Run, shared: SharedPoints, solve: Solve) -> tuple[St
                 prepared.times,
                 arrival_depth=prepared.threshold,
                 stop_at_rest=prepared.stop_at_rest,
+                frames=run.settings.output.fields,
                 max_steps=most.max_steps,
                 max_wall=most.max_wall,
                 keeper=None if job.checkpoints is None else job.checkpoints.of(run.index),
