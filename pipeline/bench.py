@@ -61,7 +61,7 @@ LADDER_COLUMNS: tuple[Column, ...] = (
     MEMORY,
 )
 SKIPPED_COLUMNS: tuple[Column, ...] = (
-    ("chute", 31, lambda r: r.variant or "as it is"),
+    ("chute", 31, lambda r: r.variant),
     ("points", 6, lambda r: str(r.points)),
     *COST,
     ("depth L2", 8, lambda r: f"{r.depth:.6e}"),

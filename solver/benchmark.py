@@ -149,14 +149,16 @@ def climb(ladder: Ladder, case: Case) -> Iterator[Row]:
 
 
 def skipping(ladder: Ladder, case: Case, spacing: float) -> Iterator[Row]:
-    """Run a case on a lattice with and without what is skipped, and on a domain doubled in each direction."""
+    """Run a case on a lattice with and without what is skipped, and on a domain doubled in each direction.
+
+    A spacing, m, that divides the domain keeps the points where they are.
+    """
     (x0, x1), (y0, y1) = case.x, case.y
-    # by whole spacings, so that the points stay where they are
     beside = round((y1 - y0) / 2 / spacing) * spacing
     doubled = replace(case, x=(x0, 2 * x1 - x0), y=(y0 - beside, y1 + beside))
     for domain, where in (("", case), ("domain doubled", doubled)):
         for what in ("", "nothing skipped"):
-            variant = ", ".join(filter(None, (domain, what)))
+            variant = ", ".join(filter(None, (domain, what))) or "as it is"
             yield timed(ladder.name, where, "weighted-residual", "lattice", spacing, variant, skip=not what)
 
 
