@@ -231,6 +231,22 @@ def figures(
         raise typer.Exit(TROUBLE) from None
 
 
+@app.command()
+def bench(
+    to: Annotated[Path, typer.Option(help="Folder to write to.")] = Path("bench"),
+    quick: Annotated[bool, typer.Option("--quick", help="Coarse spacings alone: a minute.")] = False,
+) -> None:
+    """Measure error against processor time on cases with a known solution; table and draw it."""
+    from pipeline.bench import bench as measure
+
+    try:
+        for path in measure(to, typer.echo, quick=quick):
+            typer.echo(str(path))
+    except OSError as error:
+        typer.echo(str(error), err=True)
+        raise typer.Exit(TROUBLE) from None
+
+
 def _load(files: list[Path]) -> list[Scenario]:
     """Load scenarios, or end with every mistake on a line of its own."""
     from pipeline.scenario import BadInput, load

@@ -14,19 +14,15 @@ from typing import Any
 
 import numpy as np
 
+from solver.cases import CHUTE, relative_l2
 from solver.collocation_operators import DerivativeName
 from solver.compiled import Array
-from solver.initial_state import lay
 from solver.lattice import Lattice
-from solver.operators import prepare
 from solver.point_cloud import PointCloud, random_points
-from solver.release import Hemisphere
-from solver.rheology import Coulomb, MohrCoulomb
-from solver.scene import Boundaries, Collocation, Scene, WeightedResidual
+from solver.scene import Collocation, WeightedResidual
 from solver.simulation import Result, simulate
-from solver.terrain import Bend
 
-X, Y = (0.0, 30.0), (-7.0, 7.0)
+X, Y = CHUTE.x, CHUTE.y
 TIMES = np.arange(3.0, 25.0, 3.0)
 # Of the largest initial depth: what counts as covered by a deposit, and as a film.
 COVERED, FILM = 0.01, 0.005
@@ -75,24 +71,6 @@ PARTS = {
 }
 
 
-def chute(points: Lattice | PointCloud, scheme: WeightedResidual | Collocation) -> Scene:
-    """Lay out the paper's chute, section 4: linear transition, curvature, g = 1."""
-    laid = lay([Hemisphere((4.0, 0.0), 1.85)], points)
-    return Scene(
-        points,
-        Bend(35.0, 17.5, 21.5),
-        laid.depth,
-        laid.velocity_x,
-        laid.velocity_y,
-        Coulomb(30.0),
-        MohrCoulomb(30.0, 30.0),
-        1.0,
-        Boundaries("open", "open", "wall", "wall"),
-        scheme,
-        prepare(points, scheme),
-    )
-
-
 @dataclass(frozen=True)
 class Outcome:
     """What a run on the chute comes to, beside the run itself.
@@ -110,7 +88,7 @@ class Outcome:
 
 def outcome(points: Lattice | PointCloud, scheme: WeightedResidual | Collocation) -> Outcome:
     """Run the chute."""
-    scene = chute(points, scheme)
+    scene = CHUTE.scene(points, scheme)
     run = simulate(scene, TIMES, max_steps=20_000)
     release = float(np.max(scene.depth))
     x, _ = points.coordinates
@@ -143,7 +121,7 @@ def row(name: str, points: Lattice | PointCloud, scheme: Collocation, reference:
     cells = [name, named(scheme), f"{100 * run.ledger.error:+.4f} %"]
     if run.failure:
         return [*cells, *("",) * 6, str(run.steps), f"{run.failure.reason} at {run.failure.time:.3g}"]
-    off = np.sqrt((area * (run.depth[-1] - wanted) ** 2).sum() / (area * wanted**2).sum())
+    off = relative_l2(run.depth[-1], wanted, area)
     negative = (area * np.minimum(run.depth[-1], 0.0)).sum() / run.ledger.released
     return [
         *cells,

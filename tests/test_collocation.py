@@ -7,11 +7,11 @@ from dense_collocation import DenseCollocation
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from solver import exact_solutions as exact
+from solver.cases import cap, chute, measure
 from solver.collocation_operators import prepare_collocation
 from solver.collocation_residual import derivatives
 from solver.collocation_run import CollocationRun
-from solver.collocation_scan import COVERED, X, Y, chute, outcome, table
+from solver.collocation_scan import COVERED, X, Y, outcome, table
 from solver.collocation_smoothing import relax
 from solver.lattice import Lattice
 from solver.operators import key, prepare
@@ -46,10 +46,6 @@ def scene(points, depth, speed=(0.0, 0.0), terrain=None, friction=None, **change
         scheme=Collocation(**choices),
         **changes,
     )
-
-
-def relative_l2(area, found, wanted):
-    return np.sqrt((area * (found - wanted) ** 2).sum() / (area * wanted**2).sum())
 
 
 @pytest.mark.parametrize("points", POINTS.values(), ids=POINTS)
@@ -139,28 +135,25 @@ def test_a_step_is_that_of_its_twin(case, points):
         np.testing.assert_allclose(found.ravel(), wanted, atol=1e-11)
 
 
-def cap(points):
+CAP = cap()
+
+
+def cap_error(points):
     """Exact case 1 at t = 5 s: relative L2 of depth."""
-    solution, (x, y) = exact.FrictionlessCap(), points.coordinates
-    depth, still, _ = solution(x, y, 0.0)
-    start = Scene(points, Plane(35), depth, still, still, Coulomb(0), scheme=Collocation())
-    run = simulate(start, [5.0])
-    assert run.failure is None
-    assert abs(run.ledger.error) < 5e-3
-    return relative_l2(points.cell_area, run.depth[-1], solution(x, y, 5.0)[0])
-
-
-CAP = (-150.0, 300.0), (-150.0, 150.0)
+    measured = measure(CAP, points, Collocation())
+    assert measured.run.failure is None
+    assert abs(measured.run.ledger.error) < 5e-3
+    return measured.depth
 
 
 def test_the_frictionless_cap_converges_on_a_lattice():
-    errors = [cap(Lattice(*CAP, spacing)) for spacing in (16, 8, 4)]
+    errors = [cap_error(CAP.lattice(spacing)) for spacing in (16, 8, 4)]
     assert np.polyfit(np.log([16, 8, 4]), np.log(errors), 1)[0] > 1.0
     assert errors[-1] < 3.2e-2
 
 
 def test_the_frictionless_cap_converges_on_random_points():
-    errors = [cap(random_points(*CAP, round(450 * 300 / s**2), 1)) for s in (16, 8)]
+    errors = [cap_error(CAP.cloud(spacing)) for spacing in (16, 8)]
     assert errors[1] < 0.55 * errors[0]
 
 

@@ -2,33 +2,13 @@
 
 import numpy as np
 
-from solver import exact_solutions as exact
+from solver.cases import CHUTE, dam_break, measure
 from solver.gridding import gridding
-from solver.initial_state import lay
-from solver.lattice import Lattice
-from solver.point_cloud import graded_points, random_points
+from solver.point_cloud import graded_points
 from solver.point_spacing import Refinement
-from solver.release import Hemisphere
-from solver.rheology import Coulomb, MohrCoulomb
-from solver.simulation import Boundaries, Scene, simulate
-from solver.terrain import Bend, Plane
+from solver.simulation import WeightedResidual, simulate
 
 TIMES, BODY = np.arange(3.0, 25.0, 3.0), 0.02
-
-
-def chute(points):
-    laid = lay([Hemisphere((4, 0), 1.85)], points)
-    return Scene(
-        points,
-        Bend(35, 17.5, 21.5),
-        laid.depth,
-        laid.velocity_x,
-        laid.velocity_y,
-        Coulomb(30),
-        MohrCoulomb(30, 30),
-        gravity=1.0,
-        boundaries=Boundaries("open", "open", "wall", "wall"),
-    )
 
 
 def ends(places, depth):
@@ -47,9 +27,10 @@ def extents(depth, lattice):
 
 def differences(spacing):
     """Largest difference of the extents over all times, m, and of the depth, relative L2."""
-    lattice = Lattice((0, 30), (-7, 7), spacing)
-    cloud = random_points((0, 30), (-7, 7), round(30 * 14 / spacing**2), 1)
-    regular, scattered = (simulate(chute(points), TIMES) for points in (lattice, cloud))
+    lattice, cloud = CHUTE.lattice(spacing), CHUTE.cloud(spacing)
+    regular, scattered = (
+        simulate(CHUTE.scene(points, WeightedResidual()), TIMES) for points in (lattice, cloud)
+    )
     grid = gridding(cloud, lattice)
     here = [grid.keeping_integral(depth) for depth in scattered.depth]
     apart = [extents(a, lattice) - extents(b, lattice) for a, b in zip(regular.depth, here, strict=True)]
@@ -65,34 +46,19 @@ def test_lattice_and_cloud_agree_within_a_spacing_and_come_closer():
     assert fine[1] < coarse[1] / 1.5
 
 
-def dam_break(cloud):
+def dam_break_on(cloud):
     """Exact case 3: relative L1 of depth, and the point-steps it took."""
-    solution, cells = exact.DamBreak(), cloud.control_volumes
-    x = cells.centroid[:, 0]
-    still = 0 * x
-    run = simulate(
-        Scene(
-            cloud,
-            Plane(solution.angle),
-            np.where(x < 0, solution.depth, 0.0),
-            still,
-            still,
-            Coulomb(solution.bed_friction),
-            boundaries=Boundaries(solution.depth, "open", "wall", "wall"),
-        ),
-        [5.0],
-    )
-    wanted = solution(x, 5.0)[0]
-    assert abs(run.ledger.error) < 1e-12
-    assert run.depth.min() >= 0
-    return (cells.area * np.abs(run.depth[-1] - wanted)).sum() / (cells.area * wanted).sum(), run.cell_stages
+    measured = measure(dam_break(), cloud)
+    assert abs(measured.run.ledger.error) < 1e-12
+    assert measured.run.depth.min() >= 0
+    return measured.depth_l1, measured.run.cell_stages
 
 
 def test_graded_points_reach_the_error_of_uniform_ones_with_fewer_point_steps():
     bounds = (-60.0, 50.0), (0.0, 10.0)
     # behind the wave that runs up the layer nothing varies
     waves = Refinement((-18.0, 50.0), bounds[1], 0.65)
-    uniform, uniform_work = dam_break(graded_points(*bounds, 0.7))
-    graded, graded_work = dam_break(graded_points(*bounds, 3.0, [waves], growth=0.2))
+    uniform, uniform_work = dam_break_on(graded_points(*bounds, 0.7))
+    graded, graded_work = dam_break_on(graded_points(*bounds, 3.0, [waves], growth=0.2))
     assert graded <= uniform
     assert graded_work < 0.65 * uniform_work
