@@ -127,8 +127,6 @@ class CloudRun:
     def restore(self, carried: Carried) -> None:
         """Set a run made from the same scene to where these arrays were taken."""
         put_back(self.carried, carried)
-        for stage in self.stages:
-            put_back(by_name(now=stage), by_name(now=self.now))
         # what is looked at anew comes out as it was
         self.activity = activity_of(self.faces)
 

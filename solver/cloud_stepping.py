@@ -94,6 +94,8 @@ def advance_cloud(
     it steps. The last stage fills another state than the one it starts from: its loop could not vectorise.
     """
     stages = len(parts)
+    for stage in (first_stage, second_stage):
+        stage.h[:], stage.u[:], stage.v[:] = now.h, now.u, now.v
     while progress.time[0] < target:
         # before anything is touched, so that the run can go on from here as if it had not stopped
         if progress.steps[0] >= max_steps:
