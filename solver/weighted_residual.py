@@ -195,18 +195,7 @@ def stage(
             ring + a,
         )
         if j == GHOSTS - 1:
-            restrict(
-                y_fluxes,
-                ring + a,
-                h,
-                v,
-                u,
-                beta_y,
-                (j + 1) * m + a,
-                b - a,
-                low,
-                -1.0,
-            )
+            restrict(y_fluxes, ring + a, h, v, u, beta_y, (j + 1) * m + a, b - a, low, -1.0)
         if j == grid.rows - GHOSTS - 1:
             restrict(y_fluxes, ring + a, h, v, u, beta_y, j * m + a, b - a, high, 1.0)
         short = False
@@ -229,18 +218,7 @@ def stage(
             if a == GHOSTS:
                 restrict(x_fluxes, ring + a, h, u, v, beta_x, j * m + a, 1, west, -1.0)
             if b == m - GHOSTS:
-                restrict(
-                    x_fluxes,
-                    ring + b,
-                    h,
-                    u,
-                    v,
-                    beta_x,
-                    j * m + b - 1,
-                    1,
-                    east,
-                    1.0,
-                )
+                restrict(x_fluxes, ring + b, h, u, v, beta_x, j * m + b - 1, 1, east, 1.0)
             short = afford(
                 h,
                 j * m + a,
