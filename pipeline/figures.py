@@ -124,8 +124,8 @@ def _bend(store: xr.Dataset, run: int) -> list[float]:
     terrain = json.loads(store.attrs["scenario_content"]).get("terrain", {})
     if terrain.get("profile") != "bend":
         return []
-    swept = {c.attrs.get("key"): float(c[run]) for c in store.coords.values() if c.dims == ("run",)}
-    return [swept.get(f"terrain.{end}", terrain[end]) for end in ("start", "end")]
+    swept = {c.attrs.get("key"): c[run].item() for c in store.coords.values() if c.dims == ("run",)}
+    return [float(swept.get(f"terrain.{end}", terrain[end])) for end in ("start", "end")]
 
 
 def title_of(store: xr.Dataset, run: int) -> str:

@@ -66,11 +66,12 @@ def gridded(store: xr.Dataset, spacing: float) -> xr.Dataset:
     known = {v.name: v.cf_attributes for v in COORDINATES}
     result = result.assign_coords({name: (name, at, known[name]) for name, at in points.items()})
     along, first = np.unique(store["x"].to_numpy(), return_index=True)
-    for name in ("elevation", "horizontal_distance"):
+    profile = [name for name in ("elevation", "horizontal_distance") if name in store.variables]
+    for name in profile:
         line = make_interp_spline(along, store[name].to_numpy()[..., first], k=1, axis=-1)
         dims = (*store[name].dims[:-1], "x")
         result[name] = (dims, line(points["x"]), store[name].attrs)
-    return result.set_coords(["elevation", "horizontal_distance"])
+    return result.set_coords([name for name in profile if name in store.coords])
 
 
 def _apply(

@@ -7,6 +7,7 @@ from PIL import Image
 
 # before anything leaves the domain
 SHORT = "end: 1, output_every: 0.5", "end: 0.2, output_every: 0.1"
+BEND = "{profile: plane, angle: 30}", "{profile: bend, angle: 30, start: 4, end: 8}"
 LATTICE = "{layout: lattice, spacing: 0.5}"
 
 
@@ -19,10 +20,16 @@ def place(tmp_path_factory):
     files = []
     for name, points, sweep in (
         ("regular", LATTICE, "sweep: {material.bed_friction: [20, 25]}\n"),
-        ("irregular", "{layout: poisson-disc, count: 300}", ""),
+        (
+            "irregular",
+            "{layout: poisson-disc, count: 300}",
+            "sweep: {terrain.transition: [linear, quadratic]}\n",
+        ),
     ):
         files.append(folder / f"{name}.yaml")
         files[-1].write_text(SCENARIO.format(name=name).replace(LATTICE, points).replace(*SHORT) + sweep)
+    # a cloud whose profile differs between runs, by words
+    files[-1].write_text(files[-1].read_text().replace(*BEND))
     command = [sys.executable, "-m", "pipeline.cli"]
     done = [
         subprocess.run([*command, *arguments], capture_output=True, text=True, check=False)
@@ -40,6 +47,7 @@ def test_figures_and_table_are_drawn_from_stores_alone(place):
         "profile.png",
         "points.png",
         "depth-irregular-0.png",
+        "depth-irregular-1.png",
         "depth-regular-0.png",
         "depth-regular-1.png",
         "volume-error.png",
