@@ -63,7 +63,8 @@ def test_figures_and_table_are_drawn_from_stores_alone(place):
 def test_the_table_has_a_row_a_run(place):
     table = pd.read_csv(place[0] / "figures" / "comparison.csv")
     assert table["run"].tolist() == [
-        "irregular",
+        "irregular: transition linear",
+        "irregular: transition quadratic",
         "regular: bed friction 20 degrees",
         "regular: bed friction 25 degrees",
     ]
