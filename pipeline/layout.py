@@ -20,6 +20,7 @@ LARGEST_CHUNK = 20_000_000
 FRAMES_PER_CHUNK = 8
 # by an estimate that is some four times too long for a flow that covers a part of the lattice
 TASK_SECONDS = 10.0
+LONG_RUN_SECONDS = 1.0
 LEAST_TASKS = 16
 
 
@@ -81,6 +82,8 @@ def run_bytes(shape: Sequence[int]) -> int:
 
 def group_size(runs: int, seconds_per_run: float, bytes_per_run: int) -> int:
     """Choose the runs per task: many short runs share one of a few seconds, if they fit a chunk."""
+    if seconds_per_run > LONG_RUN_SECONDS:
+        return 1
     by_time = TASK_SECONDS / max(seconds_per_run, 1e-6)
     by_size = LARGEST_CHUNK / max(bytes_per_run, 1)
     return max(1, int(min(by_time, by_size, runs / LEAST_TASKS)))
