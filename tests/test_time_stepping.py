@@ -132,10 +132,10 @@ def test_a_time_already_reached_takes_no_step():
 def test_cells_stepped_are_counted():
     run = LatticeRun(*SCENES["several blobs"], 0.0, whole=True)
     run.advance(1.0, 1)
-    stepped = (run.spans.stepped[1] - run.spans.stepped[0]).sum()
     before = run.progress.cell_stages[0]
     assert before > 0
     run.advance(1.0, 2)
+    stepped = (run.spans.stepped[1] - run.spans.stepped[0]).sum()
     assert run.progress.cell_stages[0] - before == 3 * stepped
 
 
