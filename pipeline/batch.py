@@ -26,6 +26,7 @@ from tornado.ioloop import PeriodicCallback
 from pipeline import store
 from pipeline.interrupts import Interrupts
 from pipeline.limits import STUCK_TOPIC, Limits
+from pipeline.place import WHOLE, Part
 from pipeline.task import Job, Outcome, Solve, condemn, perform
 from pipeline.template import variables
 from pipeline.variables import Status
@@ -80,6 +81,7 @@ class Todo:
     wanted: NDArray[np.bool_]
     limits: Limits
     checkpoints: Checkpoints | None
+    part: Part = WHOLE
 
     @cached_property
     def group(self) -> int:
@@ -88,8 +90,14 @@ class Todo:
 
     @property
     def starts(self) -> NDArray[np.int64]:
-        """First run of every group with something left, shape (jobs,)."""
-        return np.unique(np.flatnonzero(self.wanted) // self.group) * self.group
+        """First run of every group of this part with something left, shape (jobs,)."""
+        groups = np.unique(np.flatnonzero(self.wanted) // self.group)
+        return np.array([group for group in groups if self.part.has(group)], np.int64) * self.group
+
+    @property
+    def runs_left(self) -> int:
+        """Runs of this part that are left."""
+        return sum(int(self.wanted[start : start + self.group].sum()) for start in self.starts)
 
     def jobs(self) -> Iterator[Job]:
         """Go through what is left, one job a group."""
@@ -163,6 +171,26 @@ def _cluster(count: int) -> LocalCluster:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
+def threads(client: Client) -> int:
+    """Count the threads of all workers: as many jobs may be under way."""
+    return int(sum(client.nthreads().values()))
+
+
+def execute_here(
+    jobs: Iterable[Job], report: Callable[[Outcome], None], interrupts: Interrupts, solve: Solve = simulate
+) -> Ending:
+    """Do jobs in this process, one after another; what kills it leaves its runs pending."""
+    for job in jobs:
+        if interrupts.asked:
+            break
+        try:
+            for outcome in perform(job, solve):
+                report(outcome)
+        except OSError as error:
+            return Ending(trouble=f"{job.path}: {error}")
+    return Ending(interrupts.asked)
+
+
 def execute(
     client: Client,
     width: int,
@@ -222,7 +250,7 @@ class _Flow:
     def run(self, jobs: Iterator[Job], width: int, died: Callable[[Job], None]) -> None:
         """Do jobs, ``width`` at a time; ``died`` takes those whose worker died."""
         under_way: dict[Any, Job] = {}
-        completed = as_completed()
+        completed = as_completed(loop=self.client.loop)
 
         def submit() -> None:
             if self.interrupts.asked or self.trouble:
@@ -247,6 +275,9 @@ class _Flow:
         if future.status == "finished":
             for outcome in future.result():
                 self.report(outcome)
+            return
+        if future.status in ("cancelled", "lost"):
+            self.trouble = "the scheduler is gone"
             return
         error = future.exception()
         if isinstance(error, KilledWorker):

@@ -3,22 +3,23 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Container, Sequence
-from contextlib import ExitStack
+from collections.abc import Callable, Container, Sequence
+from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
 import pandas as pd
 from dask.system import CPU_COUNT
+from distributed import Client
 from rich.console import Console
 
 from pipeline import layout, provenance, store, table
-from pipeline.batch import Ending, Todo, execute, pending, workers
+from pipeline.batch import Ending, Todo, execute, execute_here, pending, threads, workers
 from pipeline.checkpoints import EVERY_SECONDS, Checkpoints
 from pipeline.compilation import compile_once
 from pipeline.interrupts import heard
 from pipeline.limits import UNLIMITED, Limits
-from pipeline.place import checkpoint_path, store_path, summary_path
+from pipeline.place import WHOLE, Part, checkpoint_path, store_path, summary_path
 from pipeline.progress import shown
 from pipeline.runs import Runs, expand
 from pipeline.scenario import Scenario, differences
@@ -28,6 +29,8 @@ from pipeline.template import template
 from pipeline.variables import Status
 from solver.lattice import Lattice
 from solver.simulation import simulate
+
+Engine = Callable[[int], AbstractContextManager[Client]]
 
 
 class ChangedError(Exception):
@@ -62,6 +65,9 @@ def complete(
     retry_failed: bool = False,
     limits: Limits = UNLIMITED,
     checkpoint_every: float = EVERY_SECONDS,
+    engine: Engine | None = None,
+    part: Part = WHOLE,
+    sweep: bool = True,
     solve: Solve = simulate,
 ) -> Outcome:
     """Do what is left of scenarios in a place the caller holds, and write its table.
@@ -71,7 +77,7 @@ def complete(
     scenarios : sequence of Scenario
         With names of their own.
     out : Path
-        The place.
+        The place; workers elsewhere see it under the same name.
     console : Console
         Where progress is shown.
     count : int, optional
@@ -82,6 +88,12 @@ def complete(
         Of every run.
     checkpoint_every : float
         Elapsed time of a run between two checkpoints, s.
+    engine : callable, optional
+        Gives a client of other workers than local ones, in a ``with``.
+    part : Part
+        What to do of the runs; a part is done in this process.
+    sweep : bool
+        Whether to remove what killed writers left: nobody else may be writing.
     solve : callable
         The solver.
 
@@ -95,10 +107,12 @@ def complete(
     OSError
         If a store cannot be made or read.
     """
+    out = out.absolute()
     replaced = _changed(scenarios, out)
     if replaced and not overwrite:
         raise ChangedError("\n".join(line for lines in replaced.values() for line in lines))
-    store.sweep_partials(out)
+    if sweep:
+        store.sweep_partials(out)
     left: list[Todo] = []
     with ExitStack() as stack:
         for scenario, runs, shared in _shared(scenarios, out, replaced, retry_failed, console):
@@ -107,11 +121,13 @@ def complete(
             checkpoints = Checkpoints(folder, provenance.identity(scenario.digest), checkpoint_every)
             if scenario.name in replaced or not path.exists():
                 checkpoints.clear()
-                layout.create(path, template(scenario, runs, shared))
-            carried = stack.enter_context(kept(shared, out / f".{scenario.name}.points.partial"))
+                layout.create(path, template(scenario, runs, shared), replace=scenario.name in replaced)
+            carried: SharedPoints | Path = shared
+            if part == WHOLE:
+                carried = stack.enter_context(kept(shared, out / f".{scenario.name}.points.partial"))
             wanted = pending(path, retry_failed)
-            left.append(Todo(scenario, path, runs, carried, wanted, limits, checkpoints))
-        ending = _execute(left, console, count, solve)
+            left.append(Todo(scenario, path, runs, carried, wanted, limits, checkpoints, part))
+        ending = _execute(left, console, count, engine, part, solve)
     whole = table.read(out)
     try:
         table.write(whole, summary_path(out))
@@ -162,15 +178,22 @@ def _changed(scenarios: Sequence[Scenario], out: Path) -> dict[str, list[str]]:
     return found
 
 
-def _execute(left: Sequence[Todo], console: Console, count: int | None, solve: Solve) -> Ending:
-    total = sum(int(each.wanted.sum()) for each in left)
+def _execute(
+    left: Sequence[Todo], console: Console, count: int | None, engine: Engine | None, part: Part, solve: Solve
+) -> Ending:
+    total = sum(each.runs_left for each in left)
     if not total:
         return Ending()
     width = min(count or CPU_COUNT, sum(len(each.starts) for each in left))
     jobs = (job for each in left for job in each.jobs())
     try:
-        with shown(console, total) as progress, heard(progress.tell) as interrupts, workers(width) as client:
-            compile_once(client, progress.tell, interrupts)
-            return execute(client, width, jobs, progress.report, interrupts, solve)
+        with shown(console, total) as progress, heard(progress.tell) as interrupts:
+            if part != WHOLE:
+                return execute_here(jobs, progress.report, interrupts, solve)
+            with (engine or workers)(width) as client:
+                if engine is not None:
+                    width = threads(client)
+                compile_once(client, progress.tell, interrupts)
+                return execute(client, width, jobs, progress.report, interrupts, solve)
     except KeyboardInterrupt:
         return Ending(interrupted=True)

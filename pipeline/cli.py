@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from pipeline.options import BAD_INPUT, end, read_bytes, read_part
+
 if TYPE_CHECKING:
     import pandas as pd
     from rich.console import Console
@@ -14,7 +16,6 @@ if TYPE_CHECKING:
     from pipeline.scenario import Scenario
 
 SOME_FAILED = 1
-BAD_INPUT = 2
 TROUBLE = 3
 IN_USE = 4
 
@@ -47,6 +48,15 @@ def run(
     checkpoint_every: Annotated[
         float, typer.Option(min=0, help="Seconds between two checkpoints of a long run.")
     ] = 60.0,
+    scheduler: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Join a running Dask cluster, tcp://host:port.")
+    ] = None,
+    jobqueue: Annotated[
+        str | None, typer.Option(metavar="KIND", help="Have workers started as jobs of a queue: slurm.")
+    ] = None,
+    part: Annotated[
+        str | None, typer.Option(metavar="I/N", help="Do one of N parts of the runs, in this process.")
+    ] = None,
 ) -> None:
     """Do what is left of the scenarios' runs.
 
@@ -56,14 +66,32 @@ def run(
     4 the place is in use, 130 interrupted.
     """
     scenarios = _load(files)
+    from functools import partial
+
     from pipeline.catalogue import ChangedError, complete
+    from pipeline.engines import EngineError, joined, queued
     from pipeline.limits import Limits
     from pipeline.mistakes import BadInput
-    from pipeline.place import PlaceInUseError, held, summary_path
+    from pipeline.place import WHOLE, PlaceInUseError, held, held_in_part, summary_path
+    from pipeline.provenance import identity
 
-    console = _console()
+    console, mine = _console(), read_part(part)
+    given = {"--scheduler": scheduler, "--jobqueue": jobqueue, "--part": part}
+    several = [option for option, value in given.items() if value is not None]
+    if len(several) > 1:
+        end(f"{' and '.join(several)}: expected one of them at most")
+    if overwrite and mine != WHOLE:
+        end("--overwrite: expected without --part, as each part would replace the store of the others")
+    if jobqueue not in (None, "slurm"):
+        end(f"--jobqueue: expected slurm, found '{jobqueue}'")
+    engine = None
+    if scheduler is not None:
+        engine = partial(joined, scheduler)
+    elif jobqueue is not None:
+        engine = partial(queued, jobqueue, workers or 1)
+    asked = identity("".join(scenario.digest for scenario in scenarios))
     try:
-        with held(out):
+        with held(out) if mine == WHOLE else held_in_part(out, mine, asked) as alone:
             outcome = complete(
                 scenarios,
                 out,
@@ -71,8 +99,11 @@ def run(
                 count=workers,
                 overwrite=overwrite,
                 retry_failed=retry_failed,
-                limits=Limits(_bytes(memory_limit)),
+                limits=Limits(read_bytes(memory_limit)),
                 checkpoint_every=checkpoint_every,
+                engine=engine,
+                part=mine,
+                sweep=alone is not False,
             )
     except BadInput as error:
         typer.echo(str(error), err=True)
@@ -83,7 +114,7 @@ def run(
     except PlaceInUseError as error:
         typer.echo(str(error), err=True)
         raise typer.Exit(IN_USE) from None
-    except OSError as error:
+    except (OSError, EngineError) as error:
         typer.echo(str(error), err=True)
         raise typer.Exit(TROUBLE) from None
     _print(console, outcome.table[outcome.table["scenario"].isin([scenario.name for scenario in scenarios])])
@@ -260,17 +291,6 @@ def _load(files: list[Path]) -> list[Scenario]:
         for warning in scenario.warnings:
             typer.echo(warning, err=True)
     return scenarios
-
-
-def _bytes(text: str | None) -> int | None:
-    """Read a size as ``2GB``, or end."""
-    from dask.utils import parse_bytes
-
-    try:
-        return None if text is None else int(parse_bytes(text))
-    except ValueError:
-        typer.echo(f"--memory-limit: expected a size as 2GB or 500MiB, found '{text}'", err=True)
-        raise typer.Exit(BAD_INPUT) from None
 
 
 def _console() -> Console:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import shutil
 import tempfile
 from collections.abc import Mapping, Sequence
@@ -89,8 +90,11 @@ def group_size(runs: int, seconds_per_run: float, bytes_per_run: int) -> int:
     return max(1, int(min(by_time, by_size, runs / LEAST_TASKS)))
 
 
-def create(path: Path, template: Template) -> None:
-    """Make the store of a template, replacing one that is there; it appears whole or not at all."""
+def create(path: Path, template: Template, *, replace: bool = True) -> None:
+    """Make the store of a template, replacing one that is there; it appears whole or not at all.
+
+    With ``replace=False`` one that another process has made meanwhile stays.
+    """
     aside = Path(tempfile.mkdtemp(prefix=f".{path.name}.", suffix=".partial", dir=path.parent))
     aside.chmod(0o755)
     auxiliary = " ".join(v.name for v, _ in template.coordinates if v.dims != (v.name,))
@@ -111,7 +115,15 @@ def create(path: Path, template: Template) -> None:
         _create_array(
             root, variable, template.shape(variable), template.chunk(variable), template.shard(variable)
         )
-    if path.exists():
+    if not replace:
+        try:
+            # a folder takes no other's place that has something in it
+            aside.rename(path)
+        except OSError as error:
+            shutil.rmtree(aside)
+            if error.errno not in (errno.ENOTEMPTY, errno.EEXIST):
+                raise
+    elif path.exists():
         old = aside.with_name(f"{aside.name}.old.partial")
         path.rename(old)
         aside.rename(path)

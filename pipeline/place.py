@@ -1,4 +1,4 @@
-"""The place results go to: what lies where in it, and its lock, held by one driver at a time."""
+"""The place results go to: what lies where in it, and its lock, held by one driver or by the parts of one."""
 
 from __future__ import annotations
 
@@ -7,11 +7,35 @@ import os
 import socket
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from time import monotonic, sleep
+from typing import IO
 
 # A look at the lock holds it for a moment; a driver waits that long before it believes the place in use.
 LOOK_SECONDS = 0.5
+
+
+LOCK = ".lock"
+
+
+@dataclass(frozen=True)
+class Part:
+    """One of ``count`` parts of the runs; ``index`` counts from 1."""
+
+    index: int
+    count: int
+
+    def __str__(self) -> str:
+        """``1/4``, as it is given."""
+        return f"{self.index}/{self.count}"
+
+    def has(self, group: int) -> bool:
+        """Whether a group of runs belongs to it."""
+        return group % self.count == self.index - 1
+
+
+WHOLE = Part(1, 1)
 
 
 class PlaceInUseError(Exception):
@@ -47,10 +71,6 @@ def summary_path(out: Path) -> Path:
     return out / "summary.csv"
 
 
-def _lock_path(out: Path) -> Path:
-    return out / ".lock"
-
-
 @contextmanager
 def held(out: Path) -> Iterator[None]:
     """Hold a place, made where it is missing, as its only driver.
@@ -65,40 +85,104 @@ def held(out: Path) -> Iterator[None]:
     OSError
         If the place cannot be made or written.
     """
-    out.mkdir(parents=True, exist_ok=True)
-    descriptor = os.open(_lock_path(out), os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
-    with os.fdopen(descriptor, "r+") as lock:
-        end = monotonic() + LOOK_SECONDS
-        while not _locked(descriptor, fcntl.LOCK_EX):
-            if monotonic() > end:
-                raise PlaceInUseError(f"{out} is in use by {lock.read().strip() or 'another process'}")
-            sleep(LOOK_SECONDS / 10)
-        lock.truncate()
-        lock.write(f"process {os.getpid()} on {socket.gethostname()}")
-        lock.flush()
+    with _opened(out, LOCK) as lock:
+        for _ in _tries():
+            if _locked(lock, fcntl.LOCK_EX):
+                break
+        else:
+            raise PlaceInUseError(f"{out} is in use by {_holder(lock)}")
+        _sign(lock, f"process {os.getpid()} on {socket.gethostname()}")
         try:
             yield
         finally:
-            lock.seek(0)
-            lock.truncate()
+            _sign(lock, "")
+
+
+@contextmanager
+def held_in_part(out: Path, part: Part, scenarios: str) -> Iterator[bool]:
+    """Hold a part of a place, beside other parts of the same whole and nobody else.
+
+    Parameters
+    ----------
+    out : Path
+        The place, made where it is missing.
+    part : Part
+        Which one; nobody else may hold it.
+    scenarios : str
+        Hash of what is done; all parts have the same.
+
+    Yields
+    ------
+    bool
+        Whether nobody else was there.
+
+    Raises
+    ------
+    PlaceInUseError
+        If a driver of the whole holds the place, parts of something else do, or another process this part.
+    OSError
+        If the place cannot be made or written.
+    """
+    role = f"parts of {part.count}, of scenarios {scenarios[:12]}"
+    with _opened(out, LOCK) as lock, _opened(out, f"{LOCK}-part-{part.index}") as own:
+        alone = False
+        for _ in _tries():
+            if _locked(lock, fcntl.LOCK_EX):
+                alone = True
+                _sign(lock, role)
+            # another may come between the two; what is signed then is theirs
+            if _locked(lock, fcntl.LOCK_SH) and _holder(lock) == role:
+                break
+            alone = False
+            fcntl.flock(lock, fcntl.LOCK_UN)
+        else:
+            raise PlaceInUseError(f"{out} is in use by {_holder(lock)}")
+        if not _locked(own, fcntl.LOCK_EX):
+            raise PlaceInUseError(f"{out}: part {part} is in use by {_holder(own)}")
+        _sign(own, f"process {os.getpid()} on {socket.gethostname()}")
+        yield alone
 
 
 def holder(out: Path) -> str | None:
     """Say which process holds a place; None where none does. Writes nothing."""
     try:
-        descriptor = os.open(_lock_path(out), os.O_RDONLY | os.O_CLOEXEC)
+        lock = (out / LOCK).open()
     except FileNotFoundError:
         return None
-    with os.fdopen(descriptor) as lock:
-        if _locked(descriptor, fcntl.LOCK_SH):
-            return None
-        return lock.read().strip() or "another process"
+    with lock:
+        return None if _locked(lock, fcntl.LOCK_EX) else _holder(lock)
 
 
-def _locked(descriptor: int, kind: int) -> bool:
+@contextmanager
+def _opened(out: Path, name: str) -> Iterator[IO[str]]:
+    out.mkdir(parents=True, exist_ok=True)
+    with os.fdopen(os.open(out / name, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644), "r+") as file:
+        yield file
+
+
+def _tries() -> Iterator[None]:
+    end = monotonic() + LOOK_SECONDS
+    while monotonic() < end:
+        yield
+        sleep(LOOK_SECONDS / 10)
+
+
+def _holder(lock: IO[str]) -> str:
+    lock.seek(0)
+    return lock.read().strip() or "another process"
+
+
+def _sign(lock: IO[str], text: str) -> None:
+    lock.seek(0)
+    lock.truncate()
+    lock.write(text)
+    lock.flush()
+
+
+def _locked(file: IO[str], kind: int) -> bool:
     """Take a lock of a kind, if it is to be had now."""
     try:
-        fcntl.flock(descriptor, kind | fcntl.LOCK_NB)
+        fcntl.flock(file, kind | fcntl.LOCK_NB)
     except BlockingIOError:
         return False
     return True

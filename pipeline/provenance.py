@@ -32,6 +32,11 @@ def made_by() -> dict[str, str]:
     }
 
 
+def environment() -> dict[str, str]:
+    """Give what a driver and its workers must have in common."""
+    return {**made_by(), **{f"{name}_version": version(name) for name in ("dask", "distributed")}}
+
+
 def differences(before: Mapping[str, object]) -> list[str]:
     """Say what of the attributes of a store is binding and is not so here: ``NumPy: was 2.1, is 2.2``."""
     here = made_by()

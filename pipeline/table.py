@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pandas as pd
@@ -62,7 +63,7 @@ def write(table: pd.DataFrame, path: Path) -> None:
     ImportError
         If Parquet is asked for without pyarrow.
     """
-    aside = path.with_name(f".{path.name}.partial")
+    aside = path.with_name(f".{path.name}.{os.getpid()}.partial")
     if path.suffix == ".parquet":
         table.to_parquet(aside, index=False)
     else:

@@ -1,0 +1,40 @@
+"""Options of the command line that are more than a number or a path."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NoReturn
+
+import typer
+
+if TYPE_CHECKING:
+    from pipeline.place import Part
+
+BAD_INPUT = 2
+
+
+def end(message: str) -> NoReturn:
+    """End with a mistake."""
+    typer.echo(message, err=True)
+    raise typer.Exit(BAD_INPUT)
+
+
+def read_part(text: str | None) -> Part:
+    """Read a part as ``2/8``, or end; the whole where nothing is given."""
+    from pipeline.place import WHOLE, Part
+
+    if text is None:
+        return WHOLE
+    index, _, count = text.partition("/")
+    if not (index.isdecimal() and count.isdecimal() and 1 <= int(index) <= int(count)):
+        end(f"--part: expected a part as 1/8 to 8/8, found '{text}'")
+    return Part(int(index), int(count))
+
+
+def read_bytes(text: str | None) -> int | None:
+    """Read a size as ``2GB``, or end."""
+    from dask.utils import parse_bytes
+
+    try:
+        return None if text is None else int(parse_bytes(text))
+    except ValueError:
+        end(f"--memory-limit: expected a size as 2GB or 500MiB, found '{text}'")
