@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pipeline.options import BAD_INPUT, end, read_bytes, read_part
+from pipeline.options import BAD_INPUT, Codes, end, ending, read_bytes, read_part
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -90,8 +90,9 @@ def run(
     elif jobqueue is not None:
         engine = partial(queued, jobqueue, workers or 1)
     asked = identity("".join(scenario.digest for scenario in scenarios))
+    codes: Codes = {BadInput: BAD_INPUT, PlaceInUseError: IN_USE, OSError: TROUBLE, EngineError: TROUBLE}
     try:
-        with held(out) if mine == WHOLE else held_in_part(out, mine, asked) as alone:
+        with ending(codes), held(out) if mine == WHOLE else held_in_part(out, mine, asked) as alone:
             outcome = complete(
                 scenarios,
                 out,
@@ -105,18 +106,8 @@ def run(
                 part=mine,
                 sweep=alone is not False,
             )
-    except BadInput as error:
-        typer.echo(str(error), err=True)
-        raise typer.Exit(BAD_INPUT) from None
     except ChangedError as error:
-        typer.echo(f"{error}\nuse --overwrite to replace, or another --out", err=True)
-        raise typer.Exit(BAD_INPUT) from None
-    except PlaceInUseError as error:
-        typer.echo(str(error), err=True)
-        raise typer.Exit(IN_USE) from None
-    except (OSError, EngineError) as error:
-        typer.echo(str(error), err=True)
-        raise typer.Exit(TROUBLE) from None
+        end(f"{error}\nuse --overwrite to replace, or another --out")
     _print(console, outcome.table[outcome.table["scenario"].isin([scenario.name for scenario in scenarios])])
     for path in [*(out / f"{scenario.name}.zarr" for scenario in scenarios), summary_path(out)]:
         console.print(str(path), soft_wrap=True, highlight=False)
@@ -144,12 +135,9 @@ def status(out: Out) -> None:
     """Say how far each scenario is, what made it, and who is at the place; write nothing."""
     from pipeline.status import survey, use
 
-    try:
+    with ending({FileNotFoundError: BAD_INPUT}):
         for found in survey(out):
             typer.echo(str(found))
-    except FileNotFoundError as error:
-        typer.echo(str(error), err=True)
-        raise typer.Exit(BAD_INPUT) from None
     typer.echo(use(out))
 
 
@@ -162,11 +150,8 @@ def verify(out: Out) -> None:
     from pipeline.place import store_paths
     from pipeline.verify import verify
 
-    try:
+    with ending({FileNotFoundError: BAD_INPUT}):
         paths = store_paths(out)
-    except FileNotFoundError as error:
-        typer.echo(str(error), err=True)
-        raise typer.Exit(BAD_INPUT) from None
     reports = [verify(path) for path in paths]
     for report in reports:
         typer.echo(f"{report.name}: {report.runs} ended runs, {len(report.faults) or 'no'} faults")
@@ -194,25 +179,18 @@ def summary(
 ) -> None:
     """Print the table of a place; write it as CSV or Parquet."""
     if to is not None and to.suffix not in (".csv", ".parquet"):
-        typer.echo(f"{to}: expected a file ending in .csv or .parquet", err=True)
-        raise typer.Exit(BAD_INPUT)
+        end(f"{to}: expected a file ending in .csv or .parquet")
     from pipeline import table
     from pipeline.place import summary_path
 
-    try:
+    with ending({FileNotFoundError: BAD_INPUT}):
         whole = table.read(out)
-    except FileNotFoundError as error:
-        typer.echo(str(error), err=True)
-        raise typer.Exit(BAD_INPUT) from None
     path = to or summary_path(out)
     try:
-        table.write(whole, path)
+        with ending({OSError: TROUBLE}):
+            table.write(whole, path)
     except ImportError:
-        typer.echo("Parquet needs pyarrow: pip install 'lmls[parquet]'", err=True)
-        raise typer.Exit(BAD_INPUT) from None
-    except OSError as error:
-        typer.echo(str(error), err=True)
-        raise typer.Exit(TROUBLE) from None
+        end("Parquet needs pyarrow: pip install 'lmls[parquet]'")
     console = _console()
     _print(console, whole)
     console.print(str(path), soft_wrap=True, highlight=False)
@@ -231,15 +209,9 @@ def plot(
     from pipeline.store import open_store
 
     path = to or store.with_suffix(".png")
-    try:
-        with open_store(store) as opened:
-            depth_panels(opened, run, path)
-    except (FileNotFoundError, ValueError) as error:
-        typer.echo(str(error), err=True)
-        raise typer.Exit(BAD_INPUT) from None
-    except OSError as error:
-        typer.echo(str(error), err=True)
-        raise typer.Exit(TROUBLE) from None
+    codes: Codes = {FileNotFoundError: BAD_INPUT, ValueError: BAD_INPUT, OSError: TROUBLE}
+    with ending(codes), open_store(store) as opened:
+        depth_panels(opened, run, path)
     typer.echo(str(path))
 
 
@@ -251,15 +223,9 @@ def figures(
     """Draw and table the runs of a place side by side, as the paper's figures 3 to 7 do."""
     from pipeline.comparison import draw
 
-    try:
+    with ending({FileNotFoundError: BAD_INPUT, OSError: TROUBLE}):
         for path in draw(out, to or out / "figures"):
             typer.echo(str(path))
-    except FileNotFoundError as error:
-        typer.echo(str(error), err=True)
-        raise typer.Exit(BAD_INPUT) from None
-    except OSError as error:
-        typer.echo(str(error), err=True)
-        raise typer.Exit(TROUBLE) from None
 
 
 @app.command()
@@ -270,23 +236,17 @@ def bench(
     """Measure error against processor time on cases with a known solution; table and draw it."""
     from pipeline.bench import bench as measure
 
-    try:
+    with ending({OSError: TROUBLE}):
         for path in measure(to, typer.echo, quick=quick):
             typer.echo(str(path))
-    except OSError as error:
-        typer.echo(str(error), err=True)
-        raise typer.Exit(TROUBLE) from None
 
 
 def _load(files: list[Path]) -> list[Scenario]:
     """Load scenarios, or end with every mistake on a line of its own."""
     from pipeline.scenario import BadInput, load
 
-    try:
+    with ending({BadInput: BAD_INPUT}):
         scenarios = load(files)
-    except BadInput as error:
-        typer.echo(str(error), err=True)
-        raise typer.Exit(BAD_INPUT) from None
     for scenario in scenarios:
         for warning in scenario.warnings:
             typer.echo(warning, err=True)

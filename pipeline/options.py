@@ -1,7 +1,9 @@
-"""Options of the command line that are more than a number or a path."""
+"""What commands have in common: how they end on errors, and options that are more than a number or a path."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, NoReturn
 
 import typer
@@ -9,6 +11,7 @@ import typer
 if TYPE_CHECKING:
     from pipeline.place import Part
 
+Codes = Mapping[type[Exception], int]
 BAD_INPUT = 2
 
 
@@ -16,6 +19,16 @@ def end(message: str) -> NoReturn:
     """End with a mistake."""
     typer.echo(message, err=True)
     raise typer.Exit(BAD_INPUT)
+
+
+@contextmanager
+def ending(codes: Codes) -> Iterator[None]:
+    """End with an error's words and the first exit code whose kind it is of."""
+    try:
+        yield
+    except tuple(codes) as error:
+        typer.echo(str(error), err=True)
+        raise typer.Exit(next(code for kind, code in codes.items() if isinstance(error, kind))) from None
 
 
 def read_part(text: str | None) -> Part:
