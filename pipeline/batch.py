@@ -35,8 +35,6 @@ from solver.simulation import simulate
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from numpy.typing import NDArray
-
     from pipeline.checkpoints import Checkpoints
     from pipeline.runs import Runs
     from pipeline.scenario import Scenario

@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from pipeline.figures import depth_panels, title_of
-from pipeline.frames import follow
+from pipeline.frames import follow, mean_spacing
 from pipeline.store import open_store
 from pipeline.variables import Status
 
@@ -96,9 +96,8 @@ def _markdown(table: pd.DataFrame) -> str:
 def _profile(store: xr.Dataset, path: Path) -> Path:
     """Draw the bed along y = 0 with the initial heap, at true scale."""
     one = store.isel(run=0, time=0)
-    near = one
     if "point" in store.dims:
-        near = one.isel(point=np.flatnonzero(np.abs(one["y"]) < _spacing(store))).sortby("x")
+        near = one.isel(point=np.flatnonzero(np.abs(one["y"]) < mean_spacing(store))).sortby("x")
     else:
         near = one.sel(y=0, method="nearest")
     distance, elevation = near["horizontal_distance"].to_numpy(), near["elevation"].to_numpy()
@@ -133,9 +132,9 @@ def _points(stores: dict[str, xr.Dataset], path: Path) -> Path:
     figure = Figure(figsize=(10, 5.2 * len(distributions)), layout="compressed", dpi=150)
     panels = np.atleast_1d(figure.subplots(len(distributions), 1))
     for axes, store in zip(panels, distributions.values(), strict=True):
-        x, y = (a.to_numpy().ravel() for a in xr.broadcast(store["x"], store["y"]))
-        depth = store["depth"].isel(run=0, time=0).broadcast_like(store["x"] * store["y"])
-        released = depth.transpose(*xr.broadcast(store["x"], store["y"])[0].dims).to_numpy().ravel() > 0
+        places = xr.broadcast(store["x"], store["y"], store["depth"].isel(run=0, time=0, drop=True))
+        x, y, depth = (a.to_numpy().ravel() for a in places)
+        released = depth > 0
         axes.plot(x, y, "k.", markersize=0.6)
         axes.plot(x[released], y[released], ".", color="tab:brown", markersize=1.6)
         axes.set_aspect("equal")
@@ -165,7 +164,3 @@ def _styles() -> Iterator[str]:
     for dash in ("-", "--", "-.", ":"):
         for mark in ("o", "s", "^", "v", "x", "+"):
             yield mark + dash
-
-
-def _spacing(store: xr.Dataset) -> float:
-    return float(np.sqrt(store["area"].mean()))

@@ -16,6 +16,7 @@ from matplotlib.colors import BoundaryNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from pipeline.frames import mean_spacing
 from pipeline.gridded import gridded
 
 PANEL_WIDTH = 4.6
@@ -60,7 +61,7 @@ def depth_panels(store: xr.Dataset, run: int, path: Path, most: int | None = Non
     if not frames.sizes["time"]:
         raise ValueError(f"run {run} has no frames: it was not done, or failed at once")
     if "point" in frames.dims:
-        frames = gridded(frames, float(np.sqrt(frames["area"].mean())))
+        frames = gridded(frames, mean_spacing(frames))
     depth = frames["depth"].load()
     x, y = depth["x"].to_numpy(), depth["y"].to_numpy()
     shape = (y[-1] - y[0]) / (x[-1] - x[0])

@@ -18,6 +18,11 @@ def cell_area(store: xr.Dataset) -> xr.DataArray:
     return xr.DataArray(np.prod(list(spacings)))
 
 
+def mean_spacing(store: xr.Dataset) -> float:
+    """Root of the area per point of a cloud, m."""
+    return float(np.sqrt(store["area"].mean()))
+
+
 def space(store: xr.Dataset) -> list[str]:
     """Names of the dimensions that count points."""
     return ["point"] if "point" in store.dims else ["y", "x"]

@@ -4,14 +4,19 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from functools import partial
+from functools import lru_cache, partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 
+from pipeline.section import Pair
 from pipeline.variables import COORDINATES
+
+if TYPE_CHECKING:
+    from solver.gridding import Gridding
 
 Array = NDArray[np.float64]
 
@@ -41,15 +46,9 @@ def gridded(store: xr.Dataset, spacing: float) -> xr.Dataset:
     """
     if "point" not in store.dims:
         raise ValueError("the store is not that of a cloud: it has no dimension 'point'")
-    # kernels take longer to import than a store to open
-    from solver.gridding import gridding
-    from solver.lattice import Lattice
-    from solver.point_cloud import PointCloud
-
     domain = json.loads(store.attrs["scenario_content"])["domain"]
-    (x, y) = (tuple(domain[axis]) for axis in ("x", "y"))
-    cloud = PointCloud(np.stack([store["x"].to_numpy(), store["y"].to_numpy()], axis=1), x, y)
-    grid = gridding(cloud, Lattice(x, y, spacing))
+    points = np.stack([store["x"].to_numpy(), store["y"].to_numpy()], axis=1)
+    grid = _gridding(points.tobytes(), tuple(domain["x"]), tuple(domain["y"]), spacing)
     ways: dict[str, Callable[..., Array]] = {
         "depth": grid.keeping_integral,
         "deposit_depth": grid.keeping_integral,
@@ -62,16 +61,28 @@ def gridded(store: xr.Dataset, spacing: float) -> xr.Dataset:
         given = (store["depth"], field) if str(name).startswith("velocity") else (field,)
         way = grid.velocity if len(given) == 2 else ways.get(str(name), grid.within_range)
         result[name] = _apply(way, given, grid.lattice.shape).assign_attrs(field.attrs)
-    points = {"x": grid.lattice.x_points, "y": grid.lattice.y_points}
+    axes = {"x": grid.lattice.x_points, "y": grid.lattice.y_points}
     known = {v.name: v.cf_attributes for v in COORDINATES}
-    result = result.assign_coords({name: (name, at, known[name]) for name, at in points.items()})
+    result = result.assign_coords({name: (name, at, known[name]) for name, at in axes.items()})
     along, first = np.unique(store["x"].to_numpy(), return_index=True)
     profile = [name for name in ("elevation", "horizontal_distance") if name in store.variables]
     for name in profile:
         line = make_interp_spline(along, store[name].to_numpy()[..., first], k=1, axis=-1)
         dims = (*store[name].dims[:-1], "x")
-        result[name] = (dims, line(points["x"]), store[name].attrs)
+        result[name] = (dims, line(axes["x"]), store[name].attrs)
     return result.set_coords([name for name in profile if name in store.coords])
+
+
+@lru_cache(maxsize=2)
+def _gridding(points: bytes, x: Pair, y: Pair, spacing: float) -> Gridding:
+    """Prepare the approximation, once for all runs on a cloud of these points, float64 of shape (n, 2), m."""
+    # kernels take longer to import than a store to open
+    from solver.gridding import gridding
+    from solver.lattice import Lattice
+    from solver.point_cloud import PointCloud
+
+    cloud = PointCloud(np.frombuffer(points).reshape(-1, 2), x, y)
+    return gridding(cloud, Lattice(x, y, spacing))
 
 
 def _apply(
