@@ -18,7 +18,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
-from solver.benchmark import FULL, QUICK, Plan, Row, climb, cost_at, ending, skipping, warm_up
+from solver.benchmark import FULL, QUICK, Plan, Row, climb, cost_at, ending, skipping
+from solver.simulation import compile_kernels
 
 # Relative L2 of depth at which costs are compared, and on which case.
 WANTED = (1e-2, 5e-3, 2e-3, 1e-3)
@@ -114,7 +115,7 @@ def bench(
 def _report(plan: Plan, rows: list[Row]) -> Iterator[str]:
     """Run a plan, filling ``rows``, and give bench.md line by line."""
     yield f"{machine()}."
-    warm_up()
+    compile_kernels()
 
     def kept(made: Iterable[Row]) -> Iterator[Row]:
         for row in made:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Container, Sequence
+from collections.abc import Callable, Collection, Container, Sequence
 from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import pandas as pd
@@ -28,7 +29,8 @@ from pipeline.task import Solve
 from pipeline.template import template
 from pipeline.variables import Status
 from solver.lattice import Lattice
-from solver.simulation import simulate
+from solver.operators import Kind
+from solver.simulation import compile_kernels, simulate
 
 Engine = Callable[[int], AbstractContextManager[Client]]
 
@@ -114,8 +116,10 @@ def complete(
     if sweep:
         store.sweep_partials(out)
     left: list[Todo] = []
+    kinds: set[Kind] = set()
     with ExitStack() as stack:
         for scenario, runs, shared in _shared(scenarios, out, replaced, retry_failed, console):
+            kinds |= shared.kinds
             path = store_path(out, scenario.name)
             folder = checkpoint_path(out, scenario.name)
             checkpoints = Checkpoints(folder, provenance.identity(scenario.digest), checkpoint_every)
@@ -127,7 +131,7 @@ def complete(
                 carried = stack.enter_context(kept(shared, out / f".{scenario.name}.points.partial"))
             wanted = pending(path, retry_failed)
             left.append(Todo(scenario, path, runs, carried, wanted, limits, checkpoints, part))
-        ending = _execute(left, console, count, engine, part, solve)
+        ending = _execute(left, kinds, console, count, engine, part, solve)
     whole = table.read(out)
     try:
         table.write(whole, summary_path(out))
@@ -179,7 +183,13 @@ def _changed(scenarios: Sequence[Scenario], out: Path) -> dict[str, list[str]]:
 
 
 def _execute(
-    left: Sequence[Todo], console: Console, count: int | None, engine: Engine | None, part: Part, solve: Solve
+    left: Sequence[Todo],
+    kinds: Collection[Kind],
+    console: Console,
+    count: int | None,
+    engine: Engine | None,
+    part: Part,
+    solve: Solve,
 ) -> Ending:
     total = sum(each.runs_left for each in left)
     if not total:
@@ -193,7 +203,7 @@ def _execute(
             with (engine or workers)(width) as client:
                 if engine is not None:
                     width = threads(client)
-                compile_once(client, progress.tell, interrupts)
+                compile_once(client, progress.tell, interrupts, partial(compile_kernels, sorted(kinds)))
                 return execute(client, width, jobs, progress.report, interrupts, solve)
     except KeyboardInterrupt:
         return Ending(interrupted=True)

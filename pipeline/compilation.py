@@ -11,7 +11,6 @@ from time import monotonic, sleep
 from distributed import Client
 
 from pipeline.interrupts import Interrupts
-from solver.simulation import compile_kernels
 
 # Loading takes a second, compiling half a minute: what takes longer than this is compiling.
 LOADING_SECONDS = 3.0
@@ -22,7 +21,7 @@ def compile_once(
     client: Client,
     tell: Callable[[str], None],
     interrupts: Interrupts,
-    compile_: Callable[[], None] = compile_kernels,
+    compile_: Callable[[], None],
 ) -> None:
     """Have one worker compile the kernels, or load them; the others load them with their first run.
 

@@ -18,7 +18,7 @@ from solver.lattice import Lattice
 if TYPE_CHECKING:
     from pipeline.runs import Run
     from pipeline.scenario import Scenario
-    from solver.operators import Operators
+    from solver.operators import Kind, Operators
     from solver.point_cloud import PointCloud
 
 
@@ -27,10 +27,12 @@ class SharedPoints:
     """Points of all runs of a scenario.
 
     points : a lattice or a cloud. operators : what runs of a scheme need of them, by `solver.operators.key`.
+    kinds : of the runs.
     """
 
     points: Lattice | PointCloud
     operators: dict[Hashable, Operators | None]
+    kinds: frozenset[Kind]
 
 
 def share(scenario: Scenario, runs: Iterable[Run]) -> SharedPoints:
@@ -41,13 +43,15 @@ def share(scenario: Scenario, runs: Iterable[Run]) -> SharedPoints:
     BadInput
         If points or supports are not fit; the message names the points.
     """
-    from solver.operators import key, prepare
+    from solver.operators import key, kind_of, prepare
 
+    kinds: set[Kind] = set()
     operators: dict[Hashable, Operators | None] = {}
     try:
         points = solver_objects.points(scenario.settings, scenario.points)
         for run in runs:
             scheme = solver_objects.scheme(run.settings.scheme)
+            kinds.add(kind_of(points, scheme))
             needed = key(points, scheme)
             if needed is not None and needed not in operators:
                 operators[needed] = prepare(points, scheme)
@@ -55,7 +59,7 @@ def share(scenario: Scenario, runs: Iterable[Run]) -> SharedPoints:
         document = parse(scenario.text, str(scenario.path))
         found = f"expected points that fit, found {error}"
         raise BadInput([document.mistake(("points",), found)]) from None
-    return SharedPoints(points, operators)
+    return SharedPoints(points, operators, frozenset(kinds))
 
 
 @contextmanager

@@ -23,7 +23,6 @@ LEAST_REPEATS, MOST_REPEATS, ENOUGH = 3, 15, 1.0
 # A run longer than this, s, is timed once.
 LONG = 5.0
 # Coarse enough to cost nothing, fine enough for a support of collocation on a cloud, m.
-WARMING = 40.0
 QUARTER = 4
 
 
@@ -131,14 +130,6 @@ QUICK = Plan(
     0.4,
     (6.0, 24.0, 96.0),
 )
-
-
-def warm_up() -> None:
-    """Compile all kernels, or load them, with a run of each form on each layout."""
-    case = cap()
-    for scheme in FORMS.values():
-        for points in (case.lattice(WARMING), case.cloud(WARMING)):
-            simulate(case.scene(points, scheme), [case.time])
 
 
 def climb(ladder: Ladder, case: Case) -> Iterator[Row]:

@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from solver.cloud_activity import Blocks, blocks_near
 from solver.cloud_faces import Faces, all_aligned, connect
 from solver.cloud_reconstruction import Gradient, gradient_of
@@ -38,13 +36,6 @@ class CloudOperators:
     def __setstate__(self, state: dict[str, Any]) -> None:
         """Align what comes from another process anew."""
         self.__dict__.update(state | {"tables": all_aligned(state["tables"])})
-
-    def belong_to(self, cloud: PointCloud) -> bool:
-        """Whether they are those of a cloud, or of one with the same points and bounds."""
-        mine = self.cloud
-        return mine is cloud or (
-            (mine.x, mine.y) == (cloud.x, cloud.y) and np.array_equal(mine.points, cloud.points)
-        )
 
 
 def prepare(

@@ -17,17 +17,9 @@ from solver.cloud_stepping import advance_cloud, record_cells
 from solver.compiled import Array
 from solver.point_cloud import PointCloud
 from solver.rheology import PressureCoefficients
-from solver.run_setup import (
-    Carried,
-    by_name,
-    gravity_along_and_normal,
-    material_of,
-    put_back,
-    sides_of,
-    state_of,
-)
+from solver.run_setup import Carried, Run, by_name, gravity_along_and_normal, state_of
 from solver.scene import Scene
-from solver.time_stepping import SSP_RK3, Progress, Record
+from solver.time_stepping import SSP_RK3, Record
 
 
 def operators_of(scene: Scene) -> CloudOperators:
@@ -44,7 +36,7 @@ def operators_of(scene: Scene) -> CloudOperators:
     wanted = scheme.support, scheme.degree, scheme.weight_shape
     if given is None:
         return prepare(cloud, *wanted)
-    if not isinstance(given, CloudOperators) or not given.belong_to(cloud):
+    if not isinstance(given, CloudOperators) or not given.cloud.same_as(cloud):
         raise ValueError("the operators given are those of another cloud")
     found = given.support, given.degree, given.weight_shape
     if found != wanted:
@@ -54,17 +46,15 @@ def operators_of(scene: Scene) -> CloudOperators:
     return given
 
 
-class CloudRun:
+class CloudRun(Run):
     """The arrays of one run on a cloud; cells are followed by a ghost for every boundary face."""
 
     def __init__(self, scene: Scene, end: float, arrival_depth: float) -> None:
         operators = operators_of(scene)
         volumes, faces = operators.cloud.control_volumes, operators.tables.faces
-        self.scene, self.end, self.arrival_depth = scene, end, arrival_depth
         self.operators, self.centroid, self.faces = operators, volumes.centroid, faces
         initial = state_of(scene)
-        self.sides = sides_of(scene)
-        self.material = material_of(scene, initial[0], self.sides)
+        super().__init__(scene, initial[0], end, arrival_depth, indices=1)
         self.count, spare = len(volumes.area), faces.cells - len(volumes.area)
         room = spare + len(faces.side) + LANES
         wet = initial[0] > self.material.dry
@@ -80,14 +70,10 @@ class CloudRun:
         self.status = all_aligned(status)
         self.activity, self.buffers = activity_of(faces), cloud_buffers(faces)
         self.record = all_aligned(Record(*(np.full(faces.cells, a) for a in (0.0, 0.0, 0.0, np.nan))))
-        self.progress = Progress(
-            np.zeros(1), np.zeros(1, np.int64), np.zeros(1, np.int64), np.zeros((4, 2)), np.full(1, -1)
-        )
         self.rest_volume = scene.scheme.rest_share * self.volume
         record_cells(self.now, 0, self.count, self.material.dry, arrival_depth, self.record, self.progress)
 
-    def advance(self, target: float, max_steps: int | None) -> int:
-        """Step to ``target``, s; say why it stopped."""
+    def _advance(self, target: float, max_steps: int) -> int:
         return int(
             advance_cloud(
                 self.now,
@@ -107,17 +93,13 @@ class CloudRun:
                 self.scene.scheme.cfl,
                 target,
                 self.end,
-                np.iinfo(np.int64).max if max_steps is None else max_steps,
+                max_steps,
                 self.rest_volume,
                 self.arrival_depth,
                 self.record,
                 self.progress,
             )
         )
-
-    def settle(self) -> None:
-        """Stop what little still moves."""
-        self.now.u[:] = self.now.v[:] = 0.0
 
     @property
     def carried(self) -> dict[str, NDArray[Any]]:
@@ -126,14 +108,9 @@ class CloudRun:
 
     def restore(self, carried: Carried) -> None:
         """Set a run made from the same scene to where these arrays were taken."""
-        put_back(self.carried, carried)
+        super().restore(carried)
         # what is looked at anew comes out as it was
         self.activity = activity_of(self.faces)
-
-    @property
-    def time(self) -> float:
-        """Time reached, s."""
-        return float(self.progress.time[0])
 
     @property
     def state(self) -> tuple[Array, Array, Array]:
@@ -145,11 +122,6 @@ class CloudRun:
     def volume(self) -> float:
         """Volume in the domain, m3."""
         return float(self.state[0] @ self.area[: self.count])
-
-    @property
-    def ledger(self) -> Array:
-        """Volumes that came in and left through each side, shape (4, 2), m3."""
-        return self.progress.ledger
 
     @property
     def maxima(self) -> Record:

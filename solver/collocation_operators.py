@@ -76,9 +76,7 @@ class CollocationOperators:
         mine = self.points
         if isinstance(mine, Lattice) or isinstance(points, Lattice):
             return mine == points
-        return mine is points or (
-            (mine.x, mine.y) == (points.x, points.y) and np.array_equal(mine.points, points.points)
-        )
+        return mine.same_as(points)
 
 
 def prepare_collocation(

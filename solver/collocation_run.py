@@ -16,17 +16,9 @@ from solver.collocation_smoothing import Relaxation
 from solver.collocation_stepping import advance_collocation
 from solver.compiled import Array
 from solver.lattice import Lattice
-from solver.run_setup import (
-    Carried,
-    by_name,
-    gravity_along_and_normal,
-    material_of,
-    put_back,
-    sides_of,
-    state_of,
-)
+from solver.run_setup import Run, by_name, gravity_along_and_normal, state_of
 from solver.scene import Collocation, Scene
-from solver.time_stepping import SSP_RK3, Progress, Record
+from solver.time_stepping import SSP_RK3, Record
 from solver.voronoi import SIDE_NORMALS
 
 # Points, the one itself among them, whose mean velocity a film takes: those that touch it on a lattice.
@@ -112,18 +104,16 @@ def open_sides(operators: CollocationOperators, sides: Sides) -> Open:
     return Open(point[order], image[order], side[image][order], weight[order])
 
 
-class CollocationRun:
+class CollocationRun(Run):
     """The arrays of one run; points are followed by their images."""
 
     def __init__(self, scene: Scene, end: float, arrival_depth: float) -> None:
         scheme = scene.scheme
         if not isinstance(scheme, Collocation):
             raise TypeError(f"a collocation run needs its scheme, not a {type(scheme).__name__}")
-        self.scene, self.end, self.arrival_depth, self.cfl = scene, end, arrival_depth, scheme.cfl
         self.operators = operators = operators_of(scene, scheme)
         initial = state_of(scene)
-        self.sides = sides_of(scene)
-        self.material = material_of(scene, initial[0], self.sides)
+        super().__init__(scene, initial[0], end, arrival_depth, indices=1)
         self.images = images_of(operators, self.sides)
         self.open = open_sides(operators, self.sides)
         n, size = operators.count, len(operators.area)
@@ -155,14 +145,10 @@ class CollocationRun:
             *np.zeros((3, n), np.int64),
         )
         self.record = Record(np.zeros(n), np.zeros(n), np.zeros(n), np.full(n, np.nan))
-        self.progress = Progress(
-            np.zeros(1), np.zeros(1, np.int64), np.zeros(1, np.int64), np.zeros((4, 2)), np.full(1, -1)
-        )
         self.rest_volume = scheme.rest_share * self.volume
         record_cells(self.now, 0, n, self.material.dry, arrival_depth, self.record, self.progress)
 
-    def advance(self, target: float, max_steps: int | None) -> int:
-        """Step to ``target``, s; say why it stopped."""
+    def _advance(self, target: float, max_steps: int) -> int:
         operators = self.operators
         return int(
             advance_collocation(
@@ -179,10 +165,10 @@ class CollocationRun:
                 min(AROUND, operators.stencils.neighbours.shape[1]),
                 self.scratch,
                 SSP_RK3,
-                self.cfl,
+                self.scene.scheme.cfl,
                 target,
                 self.end,
-                np.iinfo(np.int64).max if max_steps is None else max_steps,
+                max_steps,
                 self.rest_volume,
                 self.arrival_depth,
                 self.record,
@@ -190,23 +176,10 @@ class CollocationRun:
             )
         )
 
-    def settle(self) -> None:
-        """Stop what little still moves."""
-        self.now.u[:] = self.now.v[:] = 0.0
-
     @property
     def carried(self) -> dict[str, NDArray[Any]]:
         """The arrays themselves, by name, that a step takes over from the one before."""
         return by_name(now=self.now, scratch=self.scratch, record=self.record, progress=self.progress)
-
-    def restore(self, carried: Carried) -> None:
-        """Set a run made from the same scene to where these arrays were taken."""
-        put_back(self.carried, carried)
-
-    @property
-    def time(self) -> float:
-        """Time reached, s."""
-        return float(self.progress.time[0])
 
     @property
     def state(self) -> tuple[Array, Array, Array]:
@@ -220,11 +193,6 @@ class CollocationRun:
         """Volume in the domain, m3: the sum of depth times area, negative depths included."""
         n = self.operators.count
         return float(self.now.h[:n] @ self.operators.area[:n])
-
-    @property
-    def ledger(self) -> Array:
-        """Volumes that came in and left through each side, shape (4, 2), m3."""
-        return self.progress.ledger
 
     @property
     def maxima(self) -> Record:

@@ -15,17 +15,9 @@ from solver.lattice import Lattice
 from solver.reconstruction import FaceValues
 from solver.rheology import PressureCoefficients
 from solver.riemann import Fluxes
-from solver.run_setup import (
-    Carried,
-    by_name,
-    gravity_along_and_normal,
-    material_of,
-    put_back,
-    sides_of,
-    state_of,
-)
+from solver.run_setup import Carried, Run, by_name, gravity_along_and_normal, state_of
 from solver.scene import Scene
-from solver.time_stepping import Progress, Record, record_maxima
+from solver.time_stepping import Record, record_maxima
 from solver.weighted_residual import RING, Buffers
 from solver.window import Part, Window, around, needed
 
@@ -41,7 +33,7 @@ def roomy(size: int, values: Array | None = None) -> Array:
     return array
 
 
-class LatticeRun:
+class LatticeRun(Run):
     """The arrays of one run, padded by ghost cells, on the part of the lattice that the flow has come near.
 
     Cells outside are dry, and nothing is computed there; a symmetric scene is computed in part. Results are
@@ -63,17 +55,9 @@ class LatticeRun:
         lattice = scene.points
         if not isinstance(lattice, Lattice):
             raise TypeError(f"a lattice run needs a lattice, not a {type(lattice).__name__}")
-        self.scene, self.lattice, self.end, self.arrival_depth = scene, lattice, end, arrival_depth
         initial = state_of(scene)
-        self.sides = sides_of(scene)
-        self.material = material_of(scene, initial[0], self.sides)
-        self.progress = Progress(
-            np.zeros(1),
-            np.zeros(1, np.int64),
-            np.zeros(1, np.int64),
-            np.zeros((4, 2)),
-            np.full(2, -1, np.int64),
-        )
+        super().__init__(scene, initial[0], end, arrival_depth, indices=2)
+        self.lattice = lattice
         dry = self.material.dry
         # what comes in through a side may come anywhere along it
         driven = (self.sides.kind == DEPTH) & (self.sides.depth > dry)
@@ -163,8 +147,7 @@ class LatticeRun:
             inside[0] < inside[1], inside + right, 0
         )
 
-    def advance(self, target: float, max_steps: int | None) -> int:
-        """Step to ``target``, s; say why it stopped."""
+    def _advance(self, target: float, max_steps: int) -> int:
         outcome = time_stepping.GROW
         while outcome == time_stepping.GROW:
             outcome = int(
@@ -183,7 +166,7 @@ class LatticeRun:
                     self.scene.scheme.cfl,
                     target,
                     self.end,
-                    np.iinfo(np.int64).max if max_steps is None else max_steps,
+                    max_steps,
                     self.rest_volume,
                     self.arrival_depth,
                     self.record,
@@ -193,10 +176,6 @@ class LatticeRun:
             if outcome == time_stepping.GROW:
                 self._grow()
         return outcome
-
-    def settle(self) -> None:
-        """Stop what little still moves."""
-        self.now.u[:] = self.now.v[:] = 0.0
 
     @property
     def carried(self) -> dict[str, NDArray[Any]]:
@@ -212,12 +191,7 @@ class LatticeRun:
         if window.grown((0, 0, 0, 0), room) != window:
             raise ValueError("the snapshot is of other points")
         self._make(window)
-        put_back(self.carried, carried)
-
-    @property
-    def time(self) -> float:
-        """Time reached, s."""
-        return float(self.progress.time[0])
+        super().restore(carried)
 
     @property
     def state(self) -> tuple[Array, Array, Array]:

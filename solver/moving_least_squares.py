@@ -220,4 +220,6 @@ def approximation(
         )
     coefficients = np.linalg.solve(triangle, orthogonal.transpose(0, 2, 1)) * root[:, None, :]
     local = Local(offset, basis, weight, coefficients, radius, weight_shape)
-    return Approximation(neighbours, coefficients[:, 0], *derivative(local), condition)
+    # a copy, so that the weights of the basis are let go and rows of values lie together
+    value = coefficients[:, 0].copy()
+    return Approximation(neighbours, value, *derivative(local), condition)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Hashable
+from typing import Literal
 
 from solver.cloud_operators import CloudOperators
 from solver.cloud_operators import prepare as prepare_cloud
@@ -12,6 +13,14 @@ from solver.point_cloud import PointCloud
 from solver.scene import Collocation, Scheme
 
 Operators = CloudOperators | CollocationOperators
+Kind = Literal["lattice", "cloud", "collocation"]
+
+
+def kind_of(points: Lattice | PointCloud, scheme: Scheme) -> Kind:
+    """Say which kind of run a scheme makes on points."""
+    if isinstance(scheme, Collocation):
+        return "collocation"
+    return "lattice" if isinstance(points, Lattice) else "cloud"
 
 
 def key(points: Lattice | PointCloud, scheme: Scheme) -> Hashable:

@@ -73,6 +73,12 @@ class PointCloud:
     def __len__(self) -> int:
         return len(self.points)
 
+    def same_as(self, other: PointCloud) -> bool:
+        """Whether another cloud has the same points and bounds."""
+        return self is other or (
+            (self.x, self.y) == (other.x, other.y) and np.array_equal(self.points, other.points)
+        )
+
     @property
     def shape(self) -> tuple[int]:
         """Number of points, (n,)."""

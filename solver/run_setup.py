@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from solver.activity import Material
-from solver.boundary import DEPTH, NO_SLIP, OPEN, WALL, Sides
+from solver.boundary import DEPTH, NO_SLIP, OPEN, WALL, Fields, Sides
 from solver.compiled import Array
 from solver.rheology import Voellmy
 from solver.scene import Scene
@@ -19,22 +20,66 @@ Carried = Mapping[str, NDArray[Any]]
 KINDS = {"open": OPEN, "wall": WALL, "no-slip": NO_SLIP}
 
 
-class Run(Protocol):
+class Run(ABC):
     """One run, on whatever points and in whatever form, as `solver.simulation` steps it.
 
-    sides : of the domain. maxima : over the steps, of the shape of the points. progress : time and counts.
-    ledger : volumes in and out of each side, (4, 2), m3. time : reached, s. volume : now in the domain, m3.
-    state : depth (m) and velocity (m s-1), copies of the shape of the points. place : where a value was not
-    finite, x and y in m; NaN if none was.
+    Parameters
+    ----------
+    scene : Scene
+        What to run.
+    depth : array
+        Initial depth, as `state_of` gives it, m.
+    end : float
+        Time that the run may go on to, s.
+    arrival_depth : float
+        Depth above which a cell counts as reached, m.
+    indices : int
+        Numbers that say which cell it is.
     """
 
-    sides: Sides
-    progress: Progress
+    now: Fields
+
+    def __init__(self, scene: Scene, depth: Array, end: float, arrival_depth: float, indices: int) -> None:
+        self.scene, self.end, self.arrival_depth = scene, end, arrival_depth
+        self.sides = sides_of(scene)
+        self.material = material_of(scene, depth, self.sides)
+        self.progress = Progress(
+            np.zeros(1),
+            np.zeros(1, np.int64),
+            np.zeros(1, np.int64),
+            np.zeros((4, 2)),
+            np.full(indices, -1, np.int64),
+        )
+
+    def advance(self, target: float, max_steps: int | None) -> int:
+        """Step to ``target``, s; say why it stopped, by the constants of `solver.time_stepping`.
+
+        A run that has taken ``max_steps`` stops before it touches anything, and can be advanced further as
+        if it had not stopped.
+        """
+        return self._advance(target, np.iinfo(np.int64).max if max_steps is None else max_steps)
+
+    @abstractmethod
+    def _advance(self, target: float, max_steps: int) -> int: ...
+
+    def settle(self) -> None:
+        """Stop what little still moves in a run at rest."""
+        self.now.u[:] = self.now.v[:] = 0.0
 
     @property
+    def time(self) -> float:
+        """Time reached, s."""
+        return float(self.progress.time[0])
+
+    @property
+    def ledger(self) -> Array:
+        """Volumes that came in and left through each side of the domain, shape (4, 2), m3."""
+        return self.progress.ledger
+
+    @property
+    @abstractmethod
     def carried(self) -> dict[str, NDArray[Any]]:
         """The arrays themselves, by name, that a step takes over from the one before."""
-        ...
 
     def restore(self, carried: Carried) -> None:
         """Set a run made from the same scene to where these arrays were taken.
@@ -44,37 +89,27 @@ class Run(Protocol):
         ValueError
             If they are of another kind of run, or of other points.
         """
-        ...
+        put_back(self.carried, carried)
 
     @property
-    def time(self) -> float: ...  # noqa: D102
+    @abstractmethod
+    def state(self) -> tuple[Array, Array, Array]:
+        """Depth (m) and velocity (m s-1), copies of the shape of the points."""
 
     @property
-    def volume(self) -> float: ...  # noqa: D102
+    @abstractmethod
+    def volume(self) -> float:
+        """Volume in the domain, m3."""
 
     @property
-    def state(self) -> tuple[Array, Array, Array]: ...  # noqa: D102
+    @abstractmethod
+    def maxima(self) -> Record:
+        """Maxima over the steps, of the shape of the points."""
 
     @property
-    def ledger(self) -> Array: ...  # noqa: D102
-
-    @property
-    def maxima(self) -> Record: ...  # noqa: D102
-
-    @property
-    def place(self) -> tuple[float, float]: ...  # noqa: D102
-
-    def advance(self, target: float, max_steps: int | None) -> int:
-        """Step to ``target``, s; say why it stopped, by the constants of `solver.time_stepping`.
-
-        A run that has taken ``max_steps`` stops before it touches anything, and can be advanced further as
-        if it had not stopped.
-        """
-        ...
-
-    def settle(self) -> None:
-        """Stop what little still moves in a run at rest."""
-        ...
+    @abstractmethod
+    def place(self) -> tuple[float, float]:
+        """Where a value was not finite, x and y in m; NaN if none was."""
 
 
 def by_name(**groups: Any) -> dict[str, NDArray[Any]]:

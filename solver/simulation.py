@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from typing import get_args
 
 import numpy as np
 
@@ -15,6 +16,8 @@ from solver.collocation_run import CollocationRun
 from solver.compiled import Array
 from solver.lattice import Lattice
 from solver.lattice_run import LatticeRun
+from solver.operators import Kind, kind_of
+from solver.point_cloud import random_points
 from solver.rheology import Coulomb
 from solver.run_setup import Run
 from solver.scene import Boundaries, Collocation, Scene, WeightedResidual
@@ -32,6 +35,7 @@ __all__ = [
     "simulate",
 ]
 
+KINDS: tuple[Kind, ...] = get_args(Kind)
 FRAMES = ("depth", "velocity_x", "velocity_y")
 OUT_OF_TIME = "more time than allowed"
 REASONS = {
@@ -201,14 +205,19 @@ def simulate(
 
 def _begin(scene: Scene, end: float, arrival_depth: float, skip: bool) -> Run:
     """Make the run that a scene's points and scheme ask for."""
-    if isinstance(scene.scheme, Collocation):
-        return CollocationRun(scene, end, arrival_depth)
-    if isinstance(scene.points, Lattice):
-        return LatticeRun(scene, end, arrival_depth, whole=not skip)
-    return CloudRun(scene, end, arrival_depth)
+    match kind_of(scene.points, scene.scheme):
+        case "lattice":
+            return LatticeRun(scene, end, arrival_depth, whole=not skip)
+        case "cloud":
+            return CloudRun(scene, end, arrival_depth)
+        case "collocation":
+            return CollocationRun(scene, end, arrival_depth)
 
 
-def compile_kernels() -> None:
-    """Compile the kernels, or load them where they are compiled; takes half a minute once, then a second."""
-    flat = np.zeros((2, 2))
-    simulate(Scene(Lattice((0, 1), (0, 1), 1.0), Plane(0.0), flat, flat, flat, Coulomb(0.0)), [0.0])
+def compile_kernels(kinds: Collection[Kind] = KINDS) -> None:
+    """Compile the kernels of some kinds of runs, or load them: half a minute a kind once, then a second."""
+    for kind in kinds:
+        points = random_points((0, 1), (0, 1), 60) if kind == "cloud" else Lattice((0, 1), (0, 1), 0.2)
+        flat = np.zeros(points.shape)
+        scheme = Collocation(support=9, degree=1) if kind == "collocation" else WeightedResidual()
+        simulate(Scene(points, Plane(0.0), flat, flat, flat, Coulomb(0.0), scheme=scheme), [0.0])

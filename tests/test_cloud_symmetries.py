@@ -6,14 +6,15 @@ import numpy as np
 import pytest
 from scipy.interpolate import RegularGridInterpolator
 
+from solver import cases
 from solver.initial_state import lay
 from solver.lattice import Lattice
 from solver.point_cloud import PointCloud, given_points, graded_points, random_points
 from solver.point_spacing import Refinement
-from solver.release import Hemisphere, Paraboloid
+from solver.release import Paraboloid
 from solver.rheology import Coulomb, MohrCoulomb
-from solver.simulation import Boundaries, Scene, simulate
-from solver.terrain import Bend, Plane
+from solver.simulation import Scene, simulate
+from solver.terrain import Plane
 
 X, Y = (0.0, 30.0), (-7.0, 7.0)
 
@@ -29,19 +30,7 @@ def image(cloud):
 
 
 def chute(points, **changes):
-    laid = lay([Hemisphere((4.0, 0.0), 1.85)], points)
-    scene = Scene(
-        points,
-        Bend(35.0, 17.5, 21.5),
-        laid.depth,
-        laid.velocity_x,
-        laid.velocity_y,
-        Coulomb(30.0),
-        MohrCoulomb(30.0, 30.0),
-        gravity=1.0,
-        boundaries=Boundaries("open", "open", "wall", "wall"),
-    )
-    return replace(scene, **changes)
+    return replace(cases.chute(points, cases.CONSERVATIVE), **changes)
 
 
 def patch(cloud, centre):

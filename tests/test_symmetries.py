@@ -5,29 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from solver import cases
 from solver.initial_state import lay
 from solver.lattice import Lattice
-from solver.release import Hemisphere, Paraboloid
+from solver.release import Paraboloid
 from solver.rheology import Coulomb, MohrCoulomb, Voellmy
-from solver.simulation import Boundaries, Scene, simulate
-from solver.terrain import Bend, Plane
+from solver.simulation import Scene, simulate
+from solver.terrain import Plane
 
 
 def chute(spacing=0.25, **changes):
-    lattice = Lattice((0.0, 30.0), (-7.0, 7.0), spacing)
-    laid = lay([Hemisphere((4.0, 0.0), 1.85)], lattice)
-    scene = Scene(
-        lattice,
-        Bend(35.0, 17.5, 21.5),
-        laid.depth,
-        laid.velocity_x,
-        laid.velocity_y,
-        Coulomb(30.0),
-        MohrCoulomb(30.0, 30.0),
-        gravity=1.0,
-        boundaries=Boundaries("open", "open", "wall", "wall"),
-    )
-    return replace(scene, **changes)
+    return replace(cases.chute(cases.CHUTE.lattice(spacing), cases.CONSERVATIVE), **changes)
 
 
 def patch(centre, x=(0.0, 40.0), y=(-10.0, 10.0), terrain=None):
