@@ -26,7 +26,7 @@ from pipeline.runs import Runs, expand
 from pipeline.scenario import Scenario, differences
 from pipeline.shared_points import SharedPoints, kept, share
 from pipeline.task import Solve
-from pipeline.template import template
+from pipeline.template import said, shares, template
 from pipeline.variables import Status
 from solver.lattice import Lattice
 from solver.operators import Kind
@@ -115,6 +115,11 @@ def complete(
         raise ChangedError("\n".join(line for lines in replaced.values() for line in lines))
     if sweep:
         store.sweep_partials(out)
+    if part == WHOLE:
+        for scenario in scenarios:
+            path = store_path(out, scenario.name)
+            if path.exists() and scenario.name not in replaced:
+                layout.restate(path, said(scenario), shares(scenario))
     left: list[Todo] = []
     kinds: set[Kind] = set()
     with ExitStack() as stack:
@@ -154,7 +159,7 @@ def _shared(
         path, runs = store_path(out, scenario.name), expand(scenario)
         if scenario.name in replaced or not path.exists() or pending(path, retry_failed).any():
             # all runs have one scheme, unless it is swept
-            swept = any(key.startswith("scheme.") for key in scenario.settings.sweep)
+            swept = any(key.startswith("scheme.") for key in scenario.settings.varied)
             shared = share(scenario, runs if swept else runs[:1])
             if not isinstance(shared.points, Lattice):
                 console.print(f"{scenario.name}: {len(shared.points):,} points", highlight=False)

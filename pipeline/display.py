@@ -9,12 +9,12 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 from pipeline.table import HEAD
-from pipeline.variables import PER_RUN
+from pipeline.variables import PER_RUN, RETURN_PERIOD, WEIGHT
 
 SHOWN = ("front_x", "runout_distance", "reach_angle", "peak_speed")
 SHOWN_WHERE_WIDE = ("volume_released", "volume_error", *SHOWN, "cpu_time")
 WIDE = 110
-UNITS = {v.name: v.units for v in PER_RUN}
+UNITS = {v.name: v.units for v in (WEIGHT, RETURN_PERIOD, *PER_RUN)}
 ROWS = 40
 STYLES = {"failed": "red", "pending": "yellow", "done_but_overrun": "magenta"}
 

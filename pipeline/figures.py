@@ -131,11 +131,11 @@ def _bend(store: xr.Dataset, run: int) -> list[float]:
 
 def title_of(store: xr.Dataset, run: int) -> str:
     """Name of the scenario, and the run's parameters where it has some."""
-    swept = [c.isel(run=run) for name, c in store.coords.items() if c.dims == ("run",) and name != "run"]
+    varied = [c.isel(run=run) for c in store.coords.values() if c.dims == ("run",) and "key" in c.attrs]
     given = ", ".join(
         f"{str(c.name).replace('_', ' ')} {c.item():g} {c.attrs['units']}"
         if c.dtype.kind == "f"
         else f"{str(c.name).replace('_', ' ')} {c.item()}"
-        for c in swept
+        for c in varied
     )
     return f"{store.attrs['title']}{': ' if given else ''}{given}"

@@ -14,8 +14,8 @@ import numpy as np
 import zarr
 from numpy.typing import NDArray
 
-from pipeline.store import digest
-from pipeline.variables import DIGEST, STATUS, Variable
+from pipeline.store import digest, dims
+from pipeline.variables import DIGEST, RETURN_PERIOD, STATUS, WEIGHT, Variable
 
 LARGEST_CHUNK = 20_000_000
 FRAMES_PER_CHUNK = 8
@@ -23,6 +23,7 @@ FRAMES_PER_CHUNK = 8
 TASK_SECONDS = 10.0
 LONG_RUN_SECONDS = 1.0
 LEAST_TASKS = 16
+RESTATED = (WEIGHT.name, RETURN_PERIOD.name)
 
 
 @dataclass(frozen=True)
@@ -130,6 +131,36 @@ def create(path: Path, template: Template, *, replace: bool = True) -> None:
         shutil.rmtree(old)
     else:
         aside.rename(path)
+
+
+def restate(path: Path, said: Mapping[str, str], shares: Sequence[tuple[Variable, NDArray[Any]]]) -> None:
+    """Write anew what a store says of its runs that has no part in their values.
+
+    Parameters
+    ----------
+    path : Path
+        The store.
+    said : mapping of str to str
+        Attributes: the scenario's text and the like.
+    shares : sequence of (Variable, array)
+        Weights and return periods, shape (runs,).
+    """
+    root = zarr.open_group(path, mode="r+", use_consolidated=False)
+    before = dict(root.attrs)
+    if all(before.get(name) == value for name, value in said.items()):
+        return
+    names = [name for name in str(before["coordinates"]).split() if name not in RESTATED]
+    for variable, values in shares:
+        held = root.get(variable.name) or _create_array(root, variable, values.shape, values.shape, None)
+        assert isinstance(held, zarr.Array)
+        held[...] = values
+        names.append(variable.name)
+    arrays = dict(root.arrays())
+    dimensions = {str(d) for array in arrays.values() for d in dims(array)}
+    known = {name: np.asarray(array[...]) for name, array in arrays.items() if name in {*names, *dimensions}}
+    root.attrs.update({**said, "coordinates": " ".join(names), "coordinates_hash": digest(known)})
+    for name in ({*RESTATED} - {*names}) & {*arrays}:
+        del root[name]
 
 
 def _create_array(

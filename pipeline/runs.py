@@ -1,19 +1,19 @@
-"""Runs: a scenario's sweep expanded, and each run's settings turned into a scene for the solver."""
+"""Runs: a scenario's design expanded, and each run's settings turned into a scene for the solver."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import prod
 from typing import TYPE_CHECKING, overload
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pipeline import solver_objects
+from pipeline.design import design
 from pipeline.elevation_table import ElevationTable
 from pipeline.scenario import Scenario
-from pipeline.settings import GivenDepth, KindOfSide, Settings
+from pipeline.settings import OF_ALL_RUNS, GivenDepth, KindOfSide, Settings
 from pipeline.shared_points import SharedPoints
 from pipeline.sweep import Value, assign, coordinate_names, path_of
 from solver.initial_state import lay
@@ -32,8 +32,8 @@ class Run:
     """One run of a scenario; small, and pickles.
 
     index : position along the store's ``run`` dimension, from 0.
-    parameters : swept values by coordinate name, in the order of the sweep; empty without a sweep.
-    settings : complete settings of this run, its ``sweep`` empty.
+    parameters : varied values by coordinate name, in the order of the design; empty for a single run.
+    settings : complete settings of this run, without what is said of all runs.
     table : the elevation table of a ``table`` terrain, else None.
     """
 
@@ -65,20 +65,20 @@ class Prepared:
 
 
 class Runs(Sequence[Run]):
-    """The runs of a scenario: the product of its sweep's lists, the last varying fastest.
+    """The runs of a scenario in the order of its design.
 
     Each is made when it is asked for: a list of them would grow the process that holds it.
     """
 
     def __init__(self, scenario: Scenario) -> None:
         self.tables = scenario.tables
-        self._data = scenario.settings.model_dump(exclude_unset=True, exclude={"sweep"})
-        sweep = scenario.settings.sweep
-        self._names = tuple(coordinate_names(sweep).values())
-        self._lists = {path: sweep[key] for key in sweep if (path := path_of(key, self._data)) is not None}
+        self.design = design(scenario.settings)
+        self._data = scenario.settings.model_dump(exclude_unset=True, exclude=OF_ALL_RUNS)
+        self._names = tuple(coordinate_names(self.design.keys).values())
+        self._paths = [path for key in self.design.keys if (path := path_of(key, self._data)) is not None]
 
     def __len__(self) -> int:
-        return prod(map(len, self._lists.values()))
+        return len(self.design)
 
     @overload
     def __getitem__(self, index: int) -> Run: ...
@@ -90,24 +90,16 @@ class Runs(Sequence[Run]):
         if isinstance(index, slice):
             return [self[i] for i in range(len(self))[index]]
         index = range(len(self))[index]
-        values = self._values(index)
         changed = self._data
-        for path, value in zip(self._lists, values, strict=True):
+        for path, value in zip(self._paths, self.design[index], strict=True):
             changed = assign(changed, path, value)
         settings = Settings.model_validate(changed)
         table = self.tables.get(getattr(settings.terrain, "file", ""))
         return Run(index, self.parameters(index), settings, table)
 
     def parameters(self, index: int) -> dict[str, Value]:
-        """Swept values of a run by coordinate name."""
-        return dict(zip(self._names, self._values(index), strict=True))
-
-    def _values(self, index: int) -> tuple[Value, ...]:
-        values: list[Value] = []
-        for choices in reversed(self._lists.values()):
-            index, k = divmod(index, len(choices))
-            values.insert(0, choices[k])
-        return tuple(values)
+        """Varied values of a run by coordinate name."""
+        return dict(zip(self._names, self.design[index], strict=True))
 
 
 def expand(scenario: Scenario) -> Runs:

@@ -10,13 +10,18 @@ from pathlib import Path
 from typing import Any
 
 from pipeline import scenario_checks
+from pipeline.design import draw
 from pipeline.elevation_table import ElevationTable
 from pipeline.mistakes import BadInput, Mistake, describe
 from pipeline.point_file import PointFile
 from pipeline.settings import Settings, json_schema
 from pipeline.strict_yaml import parse
 
-IRRELEVANT: Any = {"description": True, "time": {"max_steps", "max_wall"}}
+# What says nothing of a run's values: words, limits of its cost, and what its values are used for.
+IRRELEVANT: Any = {
+    **dict.fromkeys(("description", "weights", "return_periods", "receptors"), True),
+    "time": {"max_steps", "max_wall"},
+}
 
 __all__ = ["BadInput", "Mistake", "Scenario", "Settings", "differences", "json_schema", "load"]
 
@@ -27,8 +32,8 @@ class Scenario:
 
     settings : the file's content with defaults filled in, before any sweep.
     path, text : the file and what stands in it.
-    content : canonical JSON of everything that decides the result (tables by digest; description and limits
-    of a run's cost left out: what is within another limit is the same).
+    content : canonical JSON of everything that decides the result (tables and draws by digest; left out is
+    what ``IRRELEVANT`` lists).
     digest : SHA-256 of ``content``, hexadecimal.
     tables : elevation tables by the name the settings give them. points : what a file of points holds.
     warnings : one line each, to be shown and not to be stopped by.
@@ -123,7 +128,12 @@ def _content(checked: scenario_checks.Checked) -> str:
     held = checked.settings.model_dump(mode="json", exclude=IRRELEVANT)
     tables = {name: table.digest for name, table in sorted(checked.tables.items())}
     files = {} if checked.points is None else {"file": checked.points.digest}
-    return json.dumps({**held, "points": {**held["points"], **files}, "tables": tables})
+    whole = {**held, "points": {**held["points"], **files}, "tables": tables}
+    if checked.settings.sample is not None:
+        # another version of SciPy may draw otherwise
+        drawn = json.dumps(draw(checked.settings.sample))
+        whole["draws"] = hashlib.sha256(drawn.encode()).hexdigest()
+    return json.dumps(whole)
 
 
 def _leaves(value: Any, key: str = "") -> Iterator[tuple[str, Any]]:

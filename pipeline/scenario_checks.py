@@ -18,7 +18,7 @@ from pipeline.schema_errors import Problem, check
 from pipeline.section import Pair
 from pipeline.settings import Settings
 from pipeline.strict_yaml import Document, Path
-from pipeline.sweep_checks import check_sweep
+from pipeline.sweep_checks import check_design
 from pipeline.terrain_settings import Table
 
 T = TypeVar("T")
@@ -36,16 +36,15 @@ class Checked:
 
 
 def check_document(document: Document, folder: FilePath) -> Checked:
-    """Check one file and every run of its sweep; tables are looked for relative to ``folder``."""
+    """Check one file and every run of its design; tables are looked for relative to ``folder``."""
     if document.mistakes and not document.data:
         return Checked()
     judge = _Judge(folder)
-    data = {name: value for name, value in document.data.items() if name != "sweep"}
     problems = check(document.data)
     settings = None if isinstance(problems, list) else problems
     problems = problems if isinstance(problems, list) else judge.problems(problems)
     judge.lost.clear()
-    problems += check_sweep(data, document.data.get("sweep", {}), problems, judge.check)
+    problems += check_design(document.data, problems, judge.check)
     told = {(mistake.line, mistake.column) for mistake in document.mistakes}
     mistakes = [document.mistake(p.path, p.message, at_key=p.at_key) for p in problems]
     mistakes = [mistake for mistake in mistakes if (mistake.line, mistake.column) not in told]

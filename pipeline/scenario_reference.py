@@ -44,6 +44,12 @@ def _title(loc: tuple[str, ...]) -> str | None:
             return f"`points`, `{'.'.join(rest)}` of layout `graded`"
         case ("release", "one", kind):
             return f"`release`, shape `{kind}`"
+        case ("sample", "values", _, kind):
+            return f"`sample.values`, distribution `{kind}`"
+        case ("sample", "correlations"):
+            return "Each of `sample.correlations`"
+        case ("receptors",):
+            return "Each of `receptors`"
         case ("terrain", kind):
             return f"`terrain`, profile `{kind}`"
         case ("terrain", "segments", name):
@@ -72,7 +78,7 @@ def _default(info: FieldInfo) -> str:
     if isinstance(value, BaseModel | dict):
         return "-"
     if isinstance(value, tuple):
-        return ", ".join(describe(item).strip("'") for item in value)
+        return ", ".join(describe(item).strip("'") for item in value) or "-"
     return describe(value).strip("'") or "-"
 
 

@@ -15,6 +15,9 @@ from pipeline.mistakes import describe
 from pipeline.settings import Settings
 from pipeline.strict_yaml import Path
 
+# Stands in a location for a key that is the user's own.
+ANY_KEY = "*"
+
 
 @dataclass(frozen=True)
 class Problem:
@@ -56,6 +59,8 @@ def sections(
             yield from sections(member, (*loc, kind(member)) if several and _is_model(member) else loc)
     elif origin is tuple:
         yield from sections(get_args(annotation)[0], loc)
+    elif origin is dict:
+        yield from sections(get_args(annotation)[1], (*loc, ANY_KEY))
     elif _is_model(annotation):
         yield loc, annotation
         for name, info in annotation.model_fields.items():
@@ -74,6 +79,12 @@ def _is_model(annotation: Any) -> bool:
 
 def _is_single_literal(annotation: Any) -> bool:
     return get_origin(annotation) is Literal and len(get_args(annotation)) == 1
+
+
+@cache
+def _open() -> frozenset[tuple[str, ...]]:
+    """Locations of mappings whose keys are the user's own."""
+    return frozenset(loc[: loc.index(ANY_KEY)] for loc in _models() if ANY_KEY in loc)
 
 
 @cache
@@ -131,12 +142,18 @@ _EXPECTED: dict[str, Callable[[Mapping[str, Any]], str]] = {
 }
 
 
-def _parts(dotted: str) -> Path:
+def _parts(dotted: str | Path) -> Path:
+    if isinstance(dotted, tuple):
+        return dotted
     return tuple(int(part) if part.isdigit() else part for part in dotted.split("."))
 
 
 def _names(loc: tuple[int | str, ...]) -> tuple[str, ...]:
-    return tuple(part for part in loc if isinstance(part, str))
+    names: tuple[str, ...] = ()
+    for part in loc:
+        if isinstance(part, str):
+            names = (*names, ANY_KEY if names in _open() else part)
+    return names
 
 
 def _path(loc: tuple[int | str, ...], data: Any, missing: bool) -> Path:

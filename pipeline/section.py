@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from math import isfinite
 from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field
 from pydantic_core import PydanticCustomError
+
+from pipeline.mistakes import describe
 
 Angle = Annotated[float, Field(gt=-90, lt=90)]
 FrictionAngle = Annotated[float, Field(ge=0, lt=90)]
@@ -24,10 +27,10 @@ def key(description: str, unit: str = "", default: Any = ..., **limits: Any) -> 
     return Field(default, description=description, json_schema_extra={"unit": unit}, **limits)
 
 
-def relation(message: str, *keys: str) -> PydanticCustomError:
+def relation(message: str, *keys: str | tuple[str | int, ...]) -> PydanticCustomError:
     """Make the error of keys, given relative to their section, that are each right but not together.
 
-    The first of them is the one to blame.
+    The first of them is the one to blame. A key with dots in its name is given by its path.
     """
     return PydanticCustomError("relation", "{message}", {"message": message, "keys": keys})
 
@@ -37,3 +40,10 @@ def check_bounds(name: str, bounds: Pair) -> None:
     low, high = bounds
     if not low < high:
         raise relation(f"expected a lower bound below the upper one, found [{low:g}, {high:g}]", name)
+
+
+def check_finite_scalar(value: Any) -> Any:
+    """Refuse what is no finite number, no word, and neither true nor false."""
+    if not isinstance(value, str | bool | int | float) or (isinstance(value, float) and not isfinite(value)):
+        raise relation(f"expected a finite number, a word or true or false, found {describe(value)}")
+    return value

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from math import isfinite
+from math import prod
 from typing import Annotated, Any, Literal, get_args
 
-from pydantic import BeforeValidator, Discriminator, Field, Tag, model_validator
+from pydantic import Discriminator, Field, Tag, model_validator
 
-from pipeline.mistakes import describe
 from pipeline.points_settings import Points, Region
+from pipeline.receptor_settings import Receptor
 from pipeline.release_settings import AnyRelease
+from pipeline.sample_settings import Sample, Scalar
 from pipeline.scheme_settings import Collocation, Scheme, WeightedResidual
 from pipeline.section import FrictionAngle, Positive, Section, key, relation
 from pipeline.terrain_settings import Terrain
@@ -133,14 +134,21 @@ OneOrMany = Annotated[
     Discriminator(_one_or_many),
 ]
 
-
-def _check_scalar(value: Any) -> Any:
-    if not isinstance(value, str | bool | int | float) or (isinstance(value, float) and not isfinite(value)):
-        raise relation(f"expected a finite number, a word or true or false, found {describe(value)}")
-    return value
+_Several = Annotated[tuple[Positive, ...], Field(min_length=1)]
 
 
-Scalar = Annotated[int | float | str | bool, BeforeValidator(_check_scalar)]
+def _per_run_or_lists(value: Any) -> str:
+    return "runs" if isinstance(value, tuple | list) else "lists"
+
+
+# one a run, or one an entry of lists of the sweep
+Numbers = Annotated[
+    Annotated[_Several, Tag("runs")] | Annotated[dict[str, _Several], Tag("lists")],
+    Discriminator(_per_run_or_lists),
+]
+
+
+OF_ALL_RUNS = {"sweep", "sample", "weights", "return_periods", "receptors"}
 
 
 class Settings(Section):
@@ -168,6 +176,20 @@ class Settings(Section):
         "the runs are the product of all lists, the last varying fastest",
         default={},
     )
+    sample: Sample | None = key("parameters drawn at random", default=None)
+    weights: Numbers | None = key(
+        "how much each run counts in probabilities, relative to the others: a list with one a run, or lists "
+        "by key of the sweep with one an entry, which multiply. Default: all equally",
+        default=None,
+    )
+    return_periods: Numbers | None = key(
+        "mean time between events like that of a run: a list with one a run, or one list by key of the sweep",
+        "years",
+        None,
+    )
+    receptors: tuple[Receptor, ...] = key(
+        "places of which depth, speed, pressure and arrival are wanted; no change of the scenario", default=()
+    )
 
     @model_validator(mode="after")
     def _countable(self) -> Settings:
@@ -186,6 +208,48 @@ class Settings(Section):
                     found = "expected open, wall or no-slip with form collocation, found a given depth"
                     raise relation(found, f"boundaries.{side}", "scheme.form")
         return self
+
+    @model_validator(mode="after")
+    def _weighted(self) -> Settings:
+        self._check_numbers("weights", self.weights)
+        self._check_numbers("return_periods", self.return_periods)
+        if isinstance(self.return_periods, dict) and len(self.return_periods) != 1:
+            raise relation(f"expected one list, found {len(self.return_periods)}", "return_periods")
+        return self
+
+    @model_validator(mode="after")
+    def _named_once(self) -> Settings:
+        names = [receptor.name for receptor in self.receptors]
+        for i, name in enumerate(names):
+            if name in names[:i]:
+                raise relation(f"expected a name of its own, found '{name}' again", f"receptors.{i}.name")
+        return self
+
+    def _check_numbers(
+        self, name: str, numbers: tuple[float, ...] | dict[str, tuple[float, ...]] | None
+    ) -> None:
+        """Refuse numbers that are not as many as runs, or as entries of the lists of the sweep."""
+        if isinstance(numbers, tuple):
+            if len(numbers) != self.run_count:
+                raise relation(f"expected {self.run_count:,} values, one a run, found {len(numbers)}", name)
+            return
+        for swept, entries in (numbers or {}).items():
+            if swept not in self.sweep:
+                known = ", ".join(self.sweep) or "none"
+                raise relation(f"expected a key of the sweep ({known}), found '{swept}'", (name, swept))
+            if len(entries) != len(self.sweep[swept]):
+                expected = f"expected {len(self.sweep[swept])} values, one an entry of the sweep's list"
+                raise relation(f"{expected}, found {len(entries)}", (name, swept))
+
+    @property
+    def run_count(self) -> int:
+        """Number of runs: entries of the sweep's lists times draws of the sample."""
+        return prod(map(len, self.sweep.values())) * (1 if self.sample is None else self.sample.rows)
+
+    @property
+    def varied(self) -> tuple[str, ...]:
+        """Keys that differ between runs: those of the sweep, then those of the sample."""
+        return (*self.sweep, *(() if self.sample is None else self.sample.values))
 
     @property
     def releases(self) -> tuple[AnyRelease, ...]:

@@ -131,6 +131,11 @@ def _array(root: zarr.Group, variable: Variable) -> zarr.Array[Any]:
     return array
 
 
+def dims(array: Any) -> tuple[str, ...]:
+    """Names of the dimensions of an array."""
+    return tuple(array.metadata.dimension_names or ())
+
+
 def statuses(path: Path, runs: slice = slice(None)) -> NDArray[np.int8]:
     """Give the status of every run, or of some, shape (runs,): all that resuming reads."""
     root = zarr.open_group(path, mode="r", use_consolidated=False)

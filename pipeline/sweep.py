@@ -1,18 +1,17 @@
-"""Sweeps: the product of lists of values, each by the dotted key that it replaces."""
+"""Varied keys: the dotted key of a scenario that a value replaces, and the name it has in the store."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
-from itertools import product
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from pipeline.strict_yaml import Path
-from pipeline.variables import COORDINATES, kept
+from pipeline.variables import COORDINATES, RETURN_PERIOD, WEIGHT, kept
 
 SWEEPABLE = ("gravity", "terrain", "release", "material", "boundaries", "scheme")
 MOST_RUNS = 100_000
-_TAKEN = {"run", "scenario", *(variable.name for variable in (*COORDINATES, *kept()))}
+_TAKEN = {"run", "scenario", *(variable.name for variable in (*COORDINATES, WEIGHT, RETURN_PERIOD, *kept()))}
 
 Value = int | float | str | bool
 
@@ -52,19 +51,8 @@ def assign(data: Any, path: Path, value: Any) -> Any:
     return {**data, first: assign(data.get(first, {}), tuple(rest), value)}
 
 
-def combinations(
-    data: Mapping[str, Any], lists: Mapping[Path, Iterable[Value]]
-) -> Iterator[tuple[tuple[Value, ...], dict[str, Any]]]:
-    """Go through the product of lists, the last varying fastest: the values, and the data with them set."""
-    for values in product(*lists.values()):
-        changed: dict[str, Any] = dict(data)
-        for path, value in zip(lists, values, strict=True):
-            changed = assign(changed, path, value)
-        yield values, changed
-
-
 def coordinate_names(keys: Iterable[str]) -> dict[str, str]:
-    """Name each swept key's coordinate: its last part, or all of it joined by underscores.
+    """Name each varied key's coordinate: its last part, or all of it joined by underscores.
 
     The whole key is used where the last part is a number, is shared by another key, or is taken by a
     variable or dimension of the store.

@@ -1,26 +1,31 @@
-"""What a sweep must be: lists over keys that exist, and every combination of them a scenario that holds."""
+"""What a design must be: lists and draws for keys that exist, and every run of it a scenario that holds."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from math import prod
 from typing import Any
 
 from pipeline import schema_errors
+from pipeline.design import Design, draw
 from pipeline.mistakes import describe
+from pipeline.sample_settings import Sample
 from pipeline.schema_errors import Problem
+from pipeline.settings import OF_ALL_RUNS
 from pipeline.strict_yaml import Path
-from pipeline.sweep import MOST_RUNS, SWEEPABLE, Value, assign, combinations, path_of
+from pipeline.sweep import MOST_RUNS, SWEEPABLE, Value, assign, path_of
 
 Check = Callable[[Mapping[str, Any]], list[Problem]]
 
 
-def check_sweep(data: Mapping[str, Any], sweep: Any, problems: list[Problem], check: Check) -> list[Problem]:
-    """List what is wrong with a sweep over ``data``, a scenario without it that has ``problems`` of its own.
+def check_design(document: Mapping[str, Any], problems: list[Problem], check: Check) -> list[Problem]:
+    """List what is wrong with the sweep and the sample of a file that has ``problems`` beside them.
 
     Values are tried one by one first. Only where the scenario holds and some values of each list are left
-    are they tried together, and what is wrong then is put to the entry of the list that brought it in.
+    are they tried together, and what is wrong then is put to the entry of the list that brought it in, or
+    once to the distribution that did.
     """
+    data = {name: value for name, value in document.items() if name not in OF_ALL_RUNS}
+    sweep = document.get("sweep", {})
     found: list[Problem] = []
     lists: dict[Path, dict[Value, Path]] = {}
     malformed = {problem.path[1] for problem in problems if problem.path[0] == "sweep" and problem.path[1:]}
@@ -31,8 +36,7 @@ def check_sweep(data: Mapping[str, Any], sweep: Any, problems: list[Problem], ch
             continue
         path = path_of(key, data)
         if path is None or _is_unknown(path, _schema_problems(assign(data, path, values[0]))):
-            expected = f"expected a key of the scenario below {', '.join(SWEEPABLE)}, found '{key}'"
-            found.append(Problem(("sweep", key), expected, at_key=True))
+            found.append(_no_key(("sweep", key), key))
             continue
         found += _same_kind(key, values)
         lists[path] = {}
@@ -50,15 +54,49 @@ def check_sweep(data: Mapping[str, Any], sweep: Any, problems: list[Problem], ch
                 lists[path][value] = entry
     if problems or not all(lists.values()):
         return found
-    count = prod(map(len, lists.values()))
-    if count > MOST_RUNS:
-        return [*found, Problem(("sweep",), f"expected at most {MOST_RUNS:,} runs, found {count:,}")]
-    together = dict.fromkeys(
-        Problem(_blame(problem, values, lists), problem.message)
-        for values, changed in combinations(data, lists)
-        for problem in check(changed)
-    )
-    return [*found, *together]
+    swept = {str(path): tuple(values) for path, values in lists.items()}
+    draws = draw(Sample.model_validate(document["sample"])) if document.get("sample") else {}
+    for key, column in draws.items():
+        place: Path = ("sample", "values", key)
+        path = path_of(key, data)
+        if path is None or _is_unknown(path, _schema_problems(assign(data, path, column[0]))):
+            found.append(_no_key(place, key))
+        elif path in lists:
+            found.append(Problem(place, f"expected a key that is not swept, found '{key}'", at_key=True))
+        else:
+            lists[path] = dict.fromkeys(column, place)
+    runs = Design(swept, draws)
+    if len(runs) > MOST_RUNS:
+        place = ("sample", "count") if draws else ("sweep",)
+        found.append(Problem(place, f"expected at most {MOST_RUNS:,} runs, found {len(runs):,}"))
+    if len(lists) < len(runs.keys) or len(runs) > MOST_RUNS:
+        return found
+    return [*found, *_together(data, lists, runs, check)]
+
+
+def _together(
+    data: Mapping[str, Any], lists: Mapping[Path, Mapping[Value, Path]], runs: Design, check: Check
+) -> list[Problem]:
+    """List what is wrong with the runs of a design; of a distribution the first thing alone."""
+    found: dict[Problem, None] = {}
+    told: set[Path] = set()
+    for i in range(len(runs)):
+        changed, values = data, runs[i]
+        for path, value in zip(lists, values, strict=True):
+            changed = assign(changed, path, value)
+        for problem in check(changed):
+            place = _blame(problem, values, lists)
+            if place[0] != "sample":
+                found[Problem(place, problem.message)] = None
+            elif place not in told:
+                told.add(place)
+                found[Problem(place, f"{problem.message} in run {i}")] = None
+    return list(found)
+
+
+def _no_key(place: Path, key: str) -> Problem:
+    expected = f"expected a key of the scenario below {', '.join(SWEEPABLE)}, found '{key}'"
+    return Problem(place, expected, at_key=True)
 
 
 def _schema_problems(data: Mapping[str, Any]) -> list[Problem]:

@@ -9,9 +9,10 @@ import pandas as pd
 
 from pipeline.place import store_paths
 from pipeline.store import open_store
-from pipeline.variables import PER_RUN, STATUS, Status
+from pipeline.variables import PER_RUN, RETURN_PERIOD, STATUS, WEIGHT, Status
 
 HEAD = ("scenario", "run", "status")
+SHARES = (WEIGHT.name, RETURN_PERIOD.name)
 
 
 def read(out: Path) -> pd.DataFrame:
@@ -25,8 +26,9 @@ def read(out: Path) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        One row a run, failed and pending ones included: scenario, run, status in words, the swept
-        parameters of all scenarios, then every variable per run. What is not known is missing.
+        One row a run, failed and pending ones included: scenario, run, status in words, the varied
+        parameters of all scenarios, weight and return period, then every variable per run. What is not
+        known is missing.
 
     Raises
     ------
@@ -34,23 +36,24 @@ def read(out: Path) -> pd.DataFrame:
         If the place holds no store.
     """
     tables = [_rows(path) for path in store_paths(out)]
-    swept = dict.fromkeys(name for table, names in tables for name in names)
-    measured = [v.name for v in PER_RUN]
-    whole = pd.concat([table for table, _ in tables], ignore_index=True)
-    return whole[[*HEAD, *(n for n in swept if n not in measured), *measured]]
+    names = dict.fromkeys(name for table in tables for name in table.columns)
+    known = [*HEAD, *SHARES, *(v.name for v in PER_RUN)]
+    whole = pd.concat(tables, ignore_index=True)
+    varied = [name for name in names if name not in known]
+    return whole[[*HEAD, *varied, *(name for name in known[len(HEAD) :] if name in names)]]
 
 
-def _rows(path: Path) -> tuple[pd.DataFrame, list[str]]:
-    """Rows of one store, and the names of its swept parameters."""
+def _rows(path: Path) -> pd.DataFrame:
+    """Rows of one store."""
     with open_store(path) as store:
-        swept = [str(name) for name, c in store.coords.items() if c.dims == ("run",) and name != "run"]
-        names = [*swept, *(v.name for v in PER_RUN)]
+        given = [str(name) for name, c in store.coords.items() if c.dims == ("run",) and name != "run"]
+        names = [*sorted(given, key=SHARES.__contains__), *(v.name for v in PER_RUN)]
         table = pd.DataFrame({name: store[name].to_numpy() for name in names})
         table["steps"] = table["steps"].astype("Int64")
         table.insert(0, "status", [Status(s).words for s in store[STATUS.name].to_numpy()])
         table.insert(0, "run", store["run"].to_numpy())
         table.insert(0, "scenario", str(store.attrs["title"]))
-    return table, swept
+    return table
 
 
 def write(table: pd.DataFrame, path: Path) -> None:

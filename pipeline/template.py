@@ -1,4 +1,4 @@
-"""The template of a scenario's store, from its first run and its sweep."""
+"""The template of a scenario's store, from its first run and its design."""
 
 from __future__ import annotations
 
@@ -11,11 +11,12 @@ from numpy.typing import NDArray
 from pydantic import BaseModel
 
 from pipeline import provenance
+from pipeline.design import return_periods, weights
 from pipeline.layout import Template, group_size, run_bytes
 from pipeline.points_settings import LatticePoints
 from pipeline.runs import Prepared, Run, Runs, build_scene
 from pipeline.shared_points import SharedPoints
-from pipeline.variables import Variable, coordinates, kept
+from pipeline.variables import RETURN_PERIOD, WEIGHT, Variable, coordinates, kept
 from solver.lattice import Lattice
 from solver.point_cloud import PointCloud
 from solver.terrain import SlopeProfile
@@ -35,7 +36,7 @@ def variables(scenario: Scenario) -> tuple[Variable, ...]:
 
 def profile(scenario: Scenario) -> tuple[Variable, ...]:
     """Profile variables that differ between runs, with ``run`` as their first dimension."""
-    if not any(key.split(".")[0] == "terrain" for key in scenario.settings.sweep):
+    if not any(key.split(".")[0] == "terrain" for key in scenario.settings.varied):
         return ()
     cloud = not isinstance(scenario.settings.points, LatticePoints)
     return tuple(
@@ -66,8 +67,9 @@ def template(scenario: Scenario, runs: Runs, shared: SharedPoints) -> Template:
                 for v in coordinates("point" in sizes)
                 if v.name not in {h.name for h in held}
             ),
-            (Variable("run", ("run",), "int64", "1", "position in the sweep", -1), np.arange(len(runs))),
-            *parameters(scenario, runs),
+            (Variable("run", ("run",), "int64", "1", "position in the design", -1), np.arange(len(runs))),
+            *shares(scenario),
+            *parameters(runs),
         ),
         sizes={"run": len(runs), "time": len(times), **sizes},
         group=group_size(len(runs), seconds(prepared), run_bytes((frames, *points.shape))),
@@ -95,11 +97,20 @@ def seconds(prepared: Prepared) -> float:
     return float(STAGES * steps * scene.depth.size / CELL_STAGES_PER_SECOND)
 
 
-def parameters(scenario: Scenario, runs: Runs) -> list[tuple[Variable, NDArray[Any]]]:
-    """Swept parameters as coordinates on ``run``; those that are not all numbers as strings."""
+def shares(scenario: Scenario) -> list[tuple[Variable, NDArray[Any]]]:
+    """Give weights and return periods as coordinates on ``run``, which may change without its values."""
+    periods = return_periods(scenario.settings)
+    return [
+        (WEIGHT, weights(scenario.settings)),
+        *([] if periods is None else [(RETURN_PERIOD, periods)]),
+    ]
+
+
+def parameters(runs: Runs) -> list[tuple[Variable, NDArray[Any]]]:
+    """Varied parameters as coordinates on ``run``; those that are not all numbers as strings."""
     found: list[tuple[Variable, NDArray[Any]]] = []
     first, swept = runs[0], [runs.parameters(i) for i in range(len(runs))]
-    for key, name in zip(scenario.settings.sweep, first.parameters, strict=True):
+    for key, name in zip(runs.design.keys, first.parameters, strict=True):
         values = [each[name] for each in swept]
         numeric = all(isinstance(v, int | float) and not isinstance(v, bool) for v in values)
         unit, description = _meaning(first, key)
@@ -134,13 +145,17 @@ def _meaning(run: Run, key: str) -> tuple[str, str]:
     return str(extra.get("unit", "")), info.description or ""
 
 
+def said(scenario: Scenario) -> dict[str, str]:
+    """Attributes with the words of a scenario, which may change without its runs changing."""
+    return {"comment": scenario.settings.description, "scenario": scenario.text}
+
+
 def attributes(scenario: Scenario) -> dict[str, str]:
     """Attributes of the store: what was asked for, and by what it was made."""
     return {
         "Conventions": "CF-1.12",
         "title": scenario.name,
-        "comment": scenario.settings.description,
-        "scenario": scenario.text,
+        **said(scenario),
         "scenario_content": scenario.content,
         "scenario_hash": scenario.digest,
         **provenance.made_by(),

@@ -159,6 +159,14 @@ COORDINATES = (
 )
 
 
+WEIGHT = Variable("weight", RUN, "float64", "1", "share of the run in probabilities; that of all is 1")
+RETURN_PERIOD = Variable(
+    "return_period",
+    RUN,
+    "float64",
+    "year",
+    "mean time between events like the run; only where given",
+)
 AREA = Variable("area", ("point",), "float64", "m2", "area of the point's cell; clouds only")
 
 
@@ -188,7 +196,7 @@ def markdown() -> str:
     """Give the table of variables as it stands in ``docs/store.md``."""
     rows = [
         f"| `{v.name}` | {', '.join(v.dims)} | {v.dtype} | {v.units or '-'} | {v.long_name} |"
-        for v in (*COORDINATES, AREA, *kept())
+        for v in (*COORDINATES, AREA, WEIGHT, RETURN_PERIOD, *kept())
     ]
     return "\n".join(["| name | dimensions | type | units | what |", "|---|---|---|---|---|", *rows])
 

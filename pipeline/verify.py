@@ -37,7 +37,7 @@ def verify(path: Path) -> Report:
         faults.append(f"{path}: the scenario is not the one that was written")
     arrays = dict(root.arrays())
     auxiliary = str(attributes.get("coordinates", "")).split()
-    known = {n: a for n, a in arrays.items() if n in auxiliary or _dims(a) == (n,)}
+    known = {n: a for n, a in arrays.items() if n in auxiliary or store.dims(a) == (n,)}
     try:
         if store.digest({n: a[...] for n, a in known.items()}) != attributes.get("coordinates_hash"):
             faults.append(f"{path}: a coordinate is not the one that was written")
@@ -78,7 +78,3 @@ def _group(
         now = store.digest({STATUS.name: states[row], **{n: v[row] for n, v in values.items()}})
         if now != written[row]:
             yield run, f"{path}: run {run}: not the values that were written"
-
-
-def _dims(array: Any) -> tuple[str, ...]:
-    return tuple(array.metadata.dimension_names or ())

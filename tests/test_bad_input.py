@@ -45,7 +45,7 @@ def messages(tmp_path, *texts):
         pytest.param(
             TIME,
             "time: {end: 1}\nspeed: 3",
-            "9:1: speed: expected one of the keys name, description, gravity, terrain, domain, points, release, material, boundaries, scheme, time, output, sweep, found 'speed'",
+            "9:1: speed: expected one of the keys name, description, gravity, terrain, domain, points, release, material, boundaries, scheme, time, output, sweep, sample, weights, return_periods, receptors, found 'speed'",
             id="unknown section",
         ),
         pytest.param(
@@ -415,3 +415,81 @@ def test_a_mistake_of_a_table_is_told_with_its_line(tmp_path, rows, message):
     (tmp_path / "t.csv").write_text(rows)
     text = GOOD.replace(PLANE, "terrain: {profile: table, file: t.csv, smoothing: 1}")
     assert messages(tmp_path, text) == [message]
+
+
+SAMPLE = "sample: {count: 4, values: {gravity: {distribution: uniform, lower: 9, upper: 10}}"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (
+            "sample: {count: 4, values: {gravity: {distribution: normal, mean: 9, sigma: 1}}}",
+            "9:29: sample.values.gravity.deviation: expected a value, found nothing",
+        ),
+        (
+            "sample: {count: 4, values: {gravity: {distribution: weibull}}}",
+            "9:53: sample.values.gravity.distribution: expected one of uniform, normal, lognormal, triangular, discrete, found 'weibull'",
+        ),
+        (
+            "sample: {count: 4, values: {gravity: {distribution: uniform, lower: 10, upper: 9}}}",
+            "9:80: sample.values.gravity.upper: expected a number above lower (10), found 9",
+        ),
+        (
+            "sample: {count: 4, values: {gravity: {distribution: uniform, lower: -9, upper: 9}}}",
+            "9:38: sample.values.gravity: expected a number above 0, found -8.74321898797296 in run 0",
+        ),
+        (
+            "sample: {count: 4, values: {material.friction: {distribution: uniform, lower: 9, upper: 10}}}",
+            f"9:29: sample.values.material.friction: expected a key of the scenario below {SECTIONS}, found 'material.friction'",
+        ),
+        (
+            "sample: {count: 4, values: {material.bed_friction: {distribution: uniform, lower: 9, upper: 40}}}",
+            "9:52: sample.values.material.bed_friction: expected at most internal_friction (30) with earth_pressure mohr-coulomb, found 3",
+        ),
+        (
+            f"sweep: {{gravity: [9, 10]}}\n{SAMPLE}}}",
+            "10:29: sample.values.gravity: expected a key that is not swept, found 'gravity'",
+        ),
+        (
+            f"{SAMPLE.replace('4', '6')}, design: saltelli}}",
+            "9:17: sample.count: expected a power of 2 with design saltelli, found 6",
+        ),
+        (
+            f"{SAMPLE}, design: orthogonal}}",
+            "9:93: sample.design: expected one of latin-hypercube, sobol, saltelli, random, found 'orthogonal'",
+        ),
+        (
+            f"{SAMPLE}, correlations: [{{between: [gravity, terrain.angle], value: 0.5}}]}}",
+            "9:110: sample.correlations.0.between: expected two of gravity, found gravity and terrain.angle",
+        ),
+        ("weights: [1, 2]", "9:10: weights: expected 1 values, one a run, found 2"),
+        (
+            "weights: {gravity: [1, 2]}",
+            "9:20: weights.gravity: expected a key of the sweep (none), found 'gravity'",
+        ),
+        (
+            "sweep: {gravity: [9, 10]}\nweights: {gravity: [1]}",
+            "10:20: weights.gravity: expected 2 values, one an entry of the sweep's list, found 1",
+        ),
+        (
+            "sweep: {gravity: [9, 10]}\nreturn_periods: [30, 0]",
+            "10:22: return_periods.1: expected a number above 0, found 0",
+        ),
+        (
+            "receptors: [{name: road}]",
+            "9:13: receptors.0: expected one of point, line and polygon, found none",
+        ),
+        (
+            "receptors: [{name: road, point: [1, 2], line: [[1, 2], [2, 3]]}]",
+            "9:47: receptors.0.line: expected one of point, line and polygon, found point and line",
+        ),
+        (
+            "receptors: [{name: road, point: [1, 2]}, {name: road, point: [1, 2]}]",
+            "9:49: receptors.1.name: expected a name of its own, found 'road' again",
+        ),
+    ],
+)
+def test_a_mistake_of_what_is_said_of_all_runs_is_told_at_its_place(tmp_path, text, message):
+    found = messages(tmp_path, f"{GOOD}{text}\n")
+    assert found[0].startswith(f"a.yaml:{message}")

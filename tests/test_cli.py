@@ -8,11 +8,13 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
+import xarray as xr
 from stub_solvers import RAISES, by_friction, still
 from typer.testing import CliRunner, Result
 
 from pipeline import store
 from pipeline.cli import app
+from pipeline.table import HEAD
 from pipeline.variables import PER_RUN
 
 
@@ -56,7 +58,7 @@ def test_a_run_ends_with_a_table_and_the_paths(scenario_file, tmp_path, solve):
     assert lines[-2:] == [str(out / "box.zarr"), str(out / "summary.csv")]
     assert "bed_friction=21" in result.stdout
     table = pd.read_csv(out / "summary.csv")
-    assert list(table.columns) == ["scenario", "run", "status", "bed_friction", *(v.name for v in PER_RUN)]
+    assert list(table.columns) == [*HEAD, "bed_friction", "weight", *(v.name for v in PER_RUN)]
     assert table["status"].tolist() == ["done", "done"]
     assert table["front_x"].tolist() == [3, 3]
 
@@ -214,3 +216,21 @@ def test_the_console_command_runs_the_solver_and_resumes(scenario_file, tmp_path
     second = subprocess.run(command, capture_output=True, text=True, check=False)
     assert second.returncode == 0, second.stderr
     assert {p: p.stat().st_mtime_ns for p in Path(out / "box.zarr").rglob("*")} == times
+
+
+def test_weights_may_change_without_a_run_being_done_again(scenario_file, out, solve):
+    first = scenario_file(20, 21, more="return_periods: [30, 300]\n")
+    assert pipeline("run", first, "--out", out).exit_code == 0
+    before = xr.open_zarr(out / "box.zarr", consolidated=False).load()
+    second = scenario_file(20, 21, more="weights: {material.bed_friction: [1, 3]}\n")
+    assert pipeline("run", second, "--out", out).exit_code == 0
+    after = xr.open_zarr(out / "box.zarr", consolidated=False).load()
+    assert before.return_period.to_numpy().tolist() == [30, 300]
+    assert "return_period" not in after
+    assert before.weight.to_numpy().tolist() == [0.5, 0.5]
+    assert after.weight.to_numpy().tolist() == [0.25, 0.75]
+    assert after.attrs["scenario"] == second.read_text()
+    xr.testing.assert_identical(
+        after.drop_vars("weight").drop_attrs(), before.drop_vars(["weight", "return_period"]).drop_attrs()
+    )
+    assert pipeline("verify", out).exit_code == 0
