@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pipeline.options import BAD_INPUT, Codes, end, ending, read_bytes, read_part
+from pipeline.assessment_cli import commands
+from pipeline.options import BAD_INPUT, TROUBLE, Codes, Out, end, ending, read_bytes, read_part
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -16,7 +17,6 @@ if TYPE_CHECKING:
     from pipeline.scenario import Scenario
 
 SOME_FAILED = 1
-TROUBLE = 3
 IN_USE = 4
 
 app = typer.Typer(
@@ -28,7 +28,6 @@ app = typer.Typer(
 )
 
 Files = Annotated[list[Path], typer.Argument(metavar="FILES...", help="Scenario files.")]
-Out = Annotated[Path, typer.Argument(metavar="OUT", help="The place results were written to.")]
 
 
 @app.command()
@@ -265,6 +264,9 @@ def _print(console: Console, whole: pd.DataFrame) -> None:
     from pipeline.display import runs_table
 
     console.print(runs_table(whole, console.width))
+
+
+app.add_typer(commands)
 
 
 def main() -> None:

@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from pipeline.figures import depth_panels, title_of
 from pipeline.frames import follow, mean_spacing
 from pipeline.store import open_store
+from pipeline.table import markdown
 from pipeline.variables import Status
 
 PANELS = 8
@@ -67,7 +68,7 @@ def draw(out: Path, to: Path) -> list[Path]:
     table = pd.DataFrame([_row(title, course) for title, course in courses])
     for path, text in (
         (to / "comparison.csv", table.to_csv(index=False)),
-        (to / "comparison.md", _markdown(table)),
+        (to / "comparison.md", markdown(table)),
     ):
         path.write_text(text)
         written.append(path)
@@ -84,13 +85,6 @@ def _row(title: str, course: xr.Dataset) -> dict[str, object]:
     for name in COLUMNS:
         row[name] = float(known[name].max() if name.endswith("speed") else last[name])
     return row
-
-
-def _markdown(table: pd.DataFrame) -> str:
-    lines = [" | ".join(table.columns), " | ".join("---" for _ in table.columns)]
-    for row in table.itertuples(index=False):
-        lines.append(" | ".join(f"{v:.4g}" if isinstance(v, float) else str(v) for v in row))
-    return "".join(f"| {line} |\n" for line in lines)
 
 
 def _profile(store: xr.Dataset, path: Path) -> Path:

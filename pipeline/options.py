@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, NoReturn
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
@@ -13,6 +14,8 @@ if TYPE_CHECKING:
 
 Codes = Mapping[type[Exception], int]
 BAD_INPUT = 2
+TROUBLE = 3
+Out = Annotated[Path, typer.Argument(metavar="OUT", help="The place results were written to.")]
 
 
 def end(message: str) -> NoReturn:

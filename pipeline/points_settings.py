@@ -61,6 +61,10 @@ class Region(Section):
         check_bounds("y", self.y)
         return self
 
+    def holds(self, x: float, y: float) -> bool:
+        """Whether a place is in it or on its edge."""
+        return self.x[0] <= x <= self.x[1] and self.y[0] <= y <= self.y[1]
+
 
 class Refine(Section):
     """A region with closer points."""

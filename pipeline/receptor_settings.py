@@ -21,6 +21,11 @@ class Receptor(Section):
         "corners of an area; all cells that it holds or touches count", "m", None
     )
 
+    @property
+    def corners(self) -> tuple[Pair, ...]:
+        """All places it is given by, m."""
+        return (self.point,) if self.point is not None else self.line or self.polygon or ()
+
     @model_validator(mode="after")
     def _one_shape(self) -> Receptor:
         found = [name for name in ("point", "line", "polygon") if getattr(self, name) is not None]

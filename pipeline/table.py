@@ -57,7 +57,9 @@ def _rows(path: Path) -> pd.DataFrame:
 
 
 def write(table: pd.DataFrame, path: Path) -> None:
-    """Write the table as Parquet where the path ends so, else as CSV; a file that was there is replaced.
+    """Write the table as the ending of the path says, a file that was there is replaced.
+
+    ``.parquet`` and ``.md`` are Parquet and Markdown, all else is CSV.
 
     Raises
     ------
@@ -69,6 +71,22 @@ def write(table: pd.DataFrame, path: Path) -> None:
     aside = path.with_name(f".{path.name}.{os.getpid()}.partial")
     if path.suffix == ".parquet":
         table.to_parquet(aside, index=False)
+    elif path.suffix == ".md":
+        aside.write_text(markdown(table))
     else:
         table.to_csv(aside, index=False)
     aside.replace(path)
+
+
+def markdown(table: pd.DataFrame) -> str:
+    """Give a table in Markdown, numbers to four digits."""
+    lines = [" | ".join(table.columns), " | ".join("---" for _ in table.columns)]
+    for row in table.itertuples(index=False):
+        lines.append(" | ".join(_text(value) for value in row))
+    return "".join(f"| {line} |\n" for line in lines)
+
+
+def _text(value: object) -> str:
+    if value is pd.NA or value != value:
+        return "-"
+    return f"{value:.4g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,169 @@
+"""Tables for an assessment: what scenarios come down to, and what reaches their receptors."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+from numpy.typing import NDArray
+
+from pipeline import table
+from pipeline.place import store_paths
+from pipeline.receptors import reached
+from pipeline.statistics import Bounded, Values
+from pipeline.store import open_store
+from pipeline.variables import STATUS, WEIGHT, Status
+
+# of these a run that lost material through the boundary says only the least, or the most
+AT_LEAST = (
+    *("front_x", "runout_distance", "drop_height", "deposit_length", "deposit_width", "deposit_area"),
+    *("deposit_volume", "deposit_max_depth", "peak_depth", "peak_speed", "rest_time"),
+)
+AT_MOST = ("reach_angle",)
+QUANTITIES = (
+    *("runout_distance", "drop_height", "reach_angle", "deposit_length", "deposit_width", "deposit_area"),
+    *("deposit_volume", "deposit_max_depth", "peak_depth", "peak_speed", "rest_time"),
+)
+AT_RECEPTORS = ("max_depth", "max_speed", "max_pressure", "arrival_time")
+SHARES = (0.05, 0.5, 0.95)
+DISTANCES = 41
+
+
+def assess(out: Path, density: float) -> dict[str, pd.DataFrame]:
+    """Make the tables of a place.
+
+    Parameters
+    ----------
+    out : Path
+        The place.
+    density : float
+        Of the moving mass, kg m-3.
+
+    Returns
+    -------
+    dict of str to DataFrame
+        ``runs``, a row a run; ``scenarios``, quantiles of each quantity; ``runout-exceedance``, the
+        probability that the run-out is longer than a distance; ``receptors``, a row a receptor;
+        ``receptor-runs``, a row a receptor and run. Numbers over runs have bounds and the runs behind them.
+
+    Raises
+    ------
+    FileNotFoundError
+        If the place holds no store.
+    ValueError
+        If a store lacks a field that its receptors need.
+    """
+    stores = [open_store(path) for path in store_paths(out)]
+    try:
+        by_run = [reached(store, density) for store in stores]
+        found = {
+            "runs": table.read(out),
+            "scenarios": pd.DataFrame(row for store in stores for row in quantiles(store)),
+            "runout-exceedance": pd.DataFrame(row for store in stores for row in runout_exceedance(store)),
+            "receptors": pd.DataFrame(
+                row for store, rows in zip(stores, by_run, strict=True) for row in receptors(store, rows)
+            ),
+            "receptor-runs": pd.concat(by_run, ignore_index=True),
+        }
+    finally:
+        for store in stores:
+            store.close()
+    return {name: rows for name, rows in found.items() if len(rows)}
+
+
+def values(store: xr.Dataset, name: str) -> Values:
+    """Give a quantity of every run of a store with its weight; that of runs not computed is not known."""
+    return _values(store, store[name].to_numpy(), at_least=name in AT_LEAST, at_most=name in AT_MOST)
+
+
+def _values(store: xr.Dataset, held: NDArray[Any], *, at_least: bool, at_most: bool = False) -> Values:
+    states, runs = store[STATUS.name].to_numpy(), store.sizes["run"]
+    computed, overrun = np.isin(states, (Status.DONE, Status.OVERRUN)), states == Status.OVERRUN
+    weight = store[WEIGHT.name].to_numpy() if WEIGHT.name in store else np.full(runs, 1 / runs)
+    known = np.where(computed, held, np.nan).astype(np.float64)
+    return Values(known, weight, overrun & at_least, overrun & at_most)
+
+
+def behind(store: xr.Dataset) -> dict[str, object]:
+    """Say how many runs are behind the numbers of a scenario."""
+    states = store[STATUS.name].to_numpy()
+    return {
+        "scenario": str(store.attrs["title"]),
+        "runs_planned": len(states),
+        "runs_done": int(np.isin(states, (Status.DONE, Status.OVERRUN)).sum()),
+        "runs_overrun": int((states == Status.OVERRUN).sum()),
+        "runs_failed": int((states == Status.FAILED).sum()),
+    }
+
+
+def quantiles(store: xr.Dataset) -> Iterator[dict[str, object]]:
+    """Table quantiles of each quantity, a row each."""
+    for name in QUANTITIES:
+        found = values(store, name).quantile(SHARES)
+        yield {
+            **behind(store),
+            "quantity": name,
+            "units": str(store[name].attrs.get("units", "")),
+            **_columns(found, [f"q{100 * share:02.0f}" for share in SHARES]),
+        }
+
+
+def runout_exceedance(store: xr.Dataset) -> Iterator[dict[str, object]]:
+    """Table the probability that the run-out is longer than each of a row of distances."""
+    runout = values(store, "runout_distance")
+    if not runout.known.any():
+        return
+    distances = np.linspace(0, np.nanmax(runout.value), DISTANCES)
+    found = runout.exceedance(distances)
+    for i, distance in enumerate(distances):
+        one = Bounded(*(getattr(found, end)[i] for end in ("lower", "estimate", "upper")))
+        yield {**behind(store), "runout_distance": distance, **_columns(one, ["probability"])}
+
+
+def receptors(store: xr.Dataset, by_run: pd.DataFrame) -> Iterator[dict[str, object]]:
+    """Table how likely each receptor is reached, and quantiles of what reaches it where it is.
+
+    A run that lost material may have had more of it arrive.
+    """
+    for name, rows in by_run.groupby("receptor", sort=False):
+        reached_ = rows["reached"].to_numpy(np.float64, na_value=np.nan)
+        share = _values(store, reached_, at_least=True).exceedance(0.5)
+        row = {**behind(store), "receptor": name, **_columns(share, ["probability"])}
+        for quantity in AT_RECEPTORS:
+            there = np.where(reached_ == 1, rows[quantity], np.nan)
+            # the median, and the most severe of all
+            last = 0.0 if quantity == "arrival_time" else 1.0
+            middle, worst = _values(store, there, at_least=False).quantile([0.5, last]).estimate
+            name_of_worst = f"{'largest' if last else 'first'}_{quantity.removeprefix('max_')}"
+            row |= {f"median_{quantity}": middle, name_of_worst: worst}
+        yield row
+
+
+def _columns(found: Bounded, names: Sequence[str]) -> dict[str, float]:
+    """Columns of numbers with their bounds."""
+    columns = {}
+    for i, name in enumerate(names):
+        for ending, part in (("", found.estimate), ("_lower", found.lower), ("_upper", found.upper)):
+            columns[name + ending] = float(np.atleast_1d(part)[i])
+    return columns
+
+
+def write(tables: dict[str, pd.DataFrame], to: Path, kinds: Sequence[str]) -> list[Path]:
+    """Write tables to a folder, each in every kind asked for: ``csv``, ``parquet``, ``md``.
+
+    Raises
+    ------
+    OSError
+        If one cannot be written.
+    ImportError
+        If Parquet is asked for without pyarrow.
+    """
+    to.mkdir(parents=True, exist_ok=True)
+    paths = [to / f"{name}.{kind}" for name in tables for kind in kinds]
+    for path in paths:
+        table.write(tables[path.stem], path)
+    return paths
