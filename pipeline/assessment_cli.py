@@ -45,3 +45,70 @@ def tables(
         end("Parquet needs pyarrow: pip install 'lmls[parquet]'")
     for path in paths:
         typer.echo(str(path))
+
+
+@commands.command()
+def sensitivity(
+    out: Out,
+    to: Annotated[
+        Path | None,
+        typer.Option(help="Table to write: .csv, .parquet or .md.", show_default="OUT/sensitivity.csv"),
+    ] = None,
+    density: Density = DENSITY,
+) -> None:
+    """Table which varied parameter drives run-out, deposit and what reaches receptors."""
+    from pipeline import table
+    from pipeline.sensitivity import sensitivity as indices
+
+    path = to or out / "sensitivity.csv"
+    try:
+        with ending({FileNotFoundError: BAD_INPUT, ValueError: BAD_INPUT, OSError: TROUBLE}):
+            found = indices(out, density, lambda line: typer.echo(line, err=True))
+            if len(found):
+                table.write(found, path)
+    except ImportError as error:
+        extra = "parquet" if "arrow" in str(error) else "sensitivity"
+        end(f"{error}: pip install 'lmls[{extra}]'")
+    if found.empty:
+        raise typer.Exit(1)
+    typer.echo(table.markdown(found))
+    typer.echo(str(path))
+
+
+@commands.command()
+def calibrate(
+    store: Annotated[Path, typer.Argument(metavar="STORE", help="Store of a scenario, <out>/<name>.zarr.")],
+    observed: Annotated[
+        Path,
+        typer.Option(help="The deposit: CSV of x, y (corners of its outline) or of x, y, depth; or NetCDF."),
+    ],
+    threshold: Annotated[
+        float | None,
+        typer.Option(min=0, help="Depth of a deposit, m.", show_default="the scenario's output.threshold"),
+    ] = None,
+    accepted: Annotated[float, typer.Option(min=0, max=1, help="Share of runs that is accepted.")] = 0.1,
+    to: Annotated[
+        Path | None,
+        typer.Option(help="Folder to write to.", show_default="STORE with -calibration for .zarr"),
+    ] = None,
+) -> None:
+    """Score runs by an observed deposit; table the best ones and the ranges of their parameters."""
+    from pipeline import table
+    from pipeline.assessment import write
+    from pipeline.calibration import ObservationError, posterior, read, score
+    from pipeline.stated import stated
+    from pipeline.store import open_store
+
+    codes = {FileNotFoundError: BAD_INPUT, ObservationError: BAD_INPUT, OSError: TROUBLE}
+    with ending(codes), open_store(store) as opened:
+        least = threshold if threshold is not None else stated(opened.attrs).output.threshold
+        if least is None:
+            end("--threshold: expected a depth, as the scenario gives no output.threshold")
+        scores = score(opened, read(observed, opened, least), least)
+        made = {"scores": scores, "parameters": posterior(opened, scores, accepted)}
+        folder = to or store.with_name(f"{store.stem}-calibration")
+        paths = write(made, folder, [Kind.CSV, Kind.MARKDOWN])
+    typer.echo(table.markdown(scores.head(10)))
+    typer.echo(table.markdown(made["parameters"]))
+    for path in paths:
+        typer.echo(str(path))
