@@ -18,6 +18,7 @@ from pipeline import layout, provenance, store, table
 from pipeline.batch import Ending, Todo, execute, execute_here, pending, threads, workers
 from pipeline.checkpoints import EVERY_SECONDS, Checkpoints
 from pipeline.compilation import compile_once
+from pipeline.found_domain import settled
 from pipeline.interrupts import heard
 from pipeline.limits import UNLIMITED, Limits
 from pipeline.place import WHOLE, Part, checkpoint_path, store_path, summary_path
@@ -156,8 +157,11 @@ def _shared(
     """Make the points of scenarios that have something left to do, before anything is written."""
     made = []
     for scenario in scenarios:
-        path, runs = store_path(out, scenario.name), expand(scenario)
+        path = store_path(out, scenario.name)
         if scenario.name in replaced or not path.exists() or pending(path, retry_failed).any():
+            known = {} if scenario.name in replaced else store.attributes(path)
+            scenario = settled(scenario, known, partial(console.print, highlight=False))
+            runs = expand(scenario)
             # all runs have one scheme, unless it is swept
             swept = any(key.startswith("scheme.") for key in scenario.settings.varied)
             shared = share(scenario, runs if swept else runs[:1])

@@ -46,7 +46,7 @@ def gridded(store: xr.Dataset, spacing: float) -> xr.Dataset:
     """
     if "point" not in store.dims:
         raise ValueError("the store is not that of a cloud: it has no dimension 'point'")
-    domain = json.loads(store.attrs["scenario_content"])["domain"]
+    domain = json.loads(store.attrs["domain"])
     points = np.stack([store["x"].to_numpy(), store["y"].to_numpy()], axis=1)
     grid = _gridding(points.tobytes(), tuple(domain["x"]), tuple(domain["y"]), spacing)
     ways: dict[str, Callable[..., Array]] = {

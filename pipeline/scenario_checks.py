@@ -75,6 +75,8 @@ class _Judge:
     def problems(self, settings: Settings) -> list[Problem]:
         """List what is wrong with settings that keep to the schema."""
         problems = self._table(settings) + self._points(settings)
+        if settings.domain is None:
+            return problems
         extent = solver_objects.extent(settings)
         for i, release in enumerate(settings.releases):
             path: Path = ("release", i) if isinstance(settings.release, tuple) else ("release",)
@@ -130,7 +132,7 @@ class _Judge:
             return table
         self.tables[terrain.file] = table
         length = _length(terrain, table)
-        if settings.domain.x[0] < 0 or settings.domain.x[1] > length:
+        if settings.domain is not None and (settings.domain.x[0] < 0 or settings.domain.x[1] > length):
             self.short[path] = length
         return []
 

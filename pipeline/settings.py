@@ -163,7 +163,10 @@ class Settings(Section):
     description: str = key("what the scenario is, in a line", default="")
     gravity: Positive = key("gravity; 1 for the paper's dimensionless cases", "m s-2", 9.81)
     terrain: Terrain = key("shape of the bed")
-    domain: Domain = key("bounds of the points")
+    domain: Domain | None = key(
+        "bounds of the points. Default: as far as the flow of any run comes, found by runs on wider spacing",
+        default=None,
+    )
     points: Points = key("layout of the points")
     release: OneOrMany = key("what is released, one shape or a list of them")
     material: Material = key("friction and earth pressure")
@@ -193,11 +196,26 @@ class Settings(Section):
 
     @model_validator(mode="after")
     def _countable(self) -> Settings:
+        if self.domain is None:
+            return self
         (x0, x1), (y0, y1) = self.domain.x, self.domain.y
         count, most = self.points.estimate(x1 - x0, y1 - y0), self.points.most
         if count > most:
             at = "points.count" if getattr(self.points, "count", None) else "points.spacing"
             raise relation(f"expected at most {most:,} points, found {count:.3g}", at, "domain")
+        return self
+
+    @model_validator(mode="after")
+    def _found(self) -> Settings:
+        if self.domain is not None:
+            return self
+        for side, stands in self.boundaries:
+            if stands != "open":
+                raise relation("expected a domain, as a side is not open", "domain", f"boundaries.{side}")
+        if getattr(self.points, "spacing", None) is None:
+            raise relation(
+                "expected a domain, as the points have no spacing of their own", "domain", "points"
+            )
         return self
 
     @model_validator(mode="after")
@@ -225,7 +243,7 @@ class Settings(Section):
                 raise relation(f"expected a name of its own, found '{name}' again", f"receptors.{i}.name")
         for i, receptor in enumerate(self.receptors):
             for x, y in receptor.corners:
-                if not self.domain.holds(x, y):
+                if self.domain is not None and not self.domain.holds(x, y):
                     (x0, x1), (y0, y1) = self.domain.x, self.domain.y
                     found = f"expected places in the domain, x [{x0:g}, {x1:g}] and y [{y0:g}, {y1:g}]"
                     raise relation(f"{found}, found [{x:g}, {y:g}]", f"receptors.{i}", "domain")
@@ -256,6 +274,12 @@ class Settings(Section):
     def varied(self) -> tuple[str, ...]:
         """Keys that differ between runs: those of the sweep, then those of the sample."""
         return (*self.sweep, *(() if self.sample is None else self.sample.values))
+
+    @property
+    def bounds(self) -> Domain:
+        """The domain, which is known once it was given or found."""
+        assert self.domain is not None
+        return self.domain
 
     @property
     def releases(self) -> tuple[AnyRelease, ...]:

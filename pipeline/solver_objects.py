@@ -33,7 +33,7 @@ def points(settings: Settings, file: PointFile | None = None) -> Lattice | Point
     ValueError
         If points coincide, lie outside the domain or on one line, or their number cannot be met.
     """
-    x, y = settings.domain.x, settings.domain.y
+    x, y = settings.bounds.x, settings.bounds.y
     if isinstance(settings.points, points_settings.LatticePoints):
         return Lattice(x, y, settings.points.spacing)
     from solver import point_cloud
@@ -66,8 +66,8 @@ def scheme(settings: scheme_settings.Scheme) -> Scheme:
 def extent(settings: Settings) -> tuple[tuple[float, float], tuple[float, float]]:
     """Bounds along and across the bed of what the cells cover, m."""
     if isinstance(settings.points, points_settings.LatticePoints):
-        return Lattice(settings.domain.x, settings.domain.y, settings.points.spacing).extent
-    return settings.domain.x, settings.domain.y
+        return Lattice(settings.bounds.x, settings.bounds.y, settings.points.spacing).extent
+    return settings.bounds.x, settings.bounds.y
 
 
 def shape(settings: release_settings.AnyRelease) -> release.Release:

@@ -158,5 +158,6 @@ def attributes(scenario: Scenario) -> dict[str, str]:
         **said(scenario),
         "scenario_content": scenario.content,
         "scenario_hash": scenario.digest,
+        "domain": scenario.settings.bounds.model_dump_json(),
         **provenance.made_by(),
     }

@@ -477,6 +477,10 @@ SAMPLE = "sample: {count: 4, values: {gravity: {distribution: uniform, lower: 9,
             "10:22: return_periods.1: expected a number above 0, found 0",
         ),
         (
+            "receptors: [{name: road, point: [1, 20]}]",
+            "9:13: receptors.0: expected places in the domain, x [0, 10] and y [-2, 2], found [1, 20]",
+        ),
+        (
             "receptors: [{name: road}]",
             "9:13: receptors.0: expected one of point, line and polygon, found none",
         ),
@@ -493,3 +497,20 @@ SAMPLE = "sample: {count: 4, values: {gravity: {distribution: uniform, lower: 9,
 def test_a_mistake_of_what_is_said_of_all_runs_is_told_at_its_place(tmp_path, text, message):
     found = messages(tmp_path, f"{GOOD}{text}\n")
     assert found[0].startswith(f"a.yaml:{message}")
+
+
+@pytest.mark.parametrize(
+    ("points", "sides", "message"),
+    [
+        ("spacing: 0.5", "x_min: wall", "1:1: domain: expected a domain, as a side is not open"),
+        (
+            "layout: poisson-disc, count: 500",
+            "x_min: open",
+            "1:1: domain: expected a domain, as the points have no spacing of their own",
+        ),
+    ],
+)
+def test_a_domain_is_left_out_only_where_it_can_be_found(tmp_path, points, sides, message):
+    text = GOOD.replace("domain: {x: [0, 10], y: [-2, 2]}\n", "").replace("x_min: wall", sides)
+    text = text.replace("layout: lattice, spacing: 0.5", points)
+    assert messages(tmp_path, text) == [f"a.yaml:{message}"]
