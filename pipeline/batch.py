@@ -196,6 +196,7 @@ def execute(
     report: Callable[[Outcome], None],
     interrupts: Interrupts,
     solve: Solve = simulate,
+    under_way: Callable[[int], None] = lambda runs: None,
 ) -> Ending:
     """Do jobs until all are done, the user interrupts, or the place gives trouble.
 
@@ -216,6 +217,8 @@ def execute(
         Whether the user asked to stop; looked at before every job.
     solve : callable
         The solver.
+    under_way : callable
+        Told how many runs are with workers.
 
     Returns
     -------
@@ -229,7 +232,7 @@ def execute(
         for outcome in condemn(job, STUCK if job.name(job.runs[0]) in stuck else DEATH):
             report(outcome)
 
-    flow = _Flow(client, report, interrupts, solve)
+    flow = _Flow(client, report, interrupts, solve, under_way)
     flow.run(iter(jobs), width, suspects.append)
     flow.run((replace(job, runs=(run,)) for job in suspects for run in job.runs), 1, condemned)
     return Ending(interrupts.asked, flow.trouble)
@@ -243,6 +246,7 @@ class _Flow:
     report: Callable[[Outcome], None]
     interrupts: Interrupts
     solve: Solve
+    under_way: Callable[[int], None]
     trouble: str = ""
 
     def run(self, jobs: Iterator[Job], width: int, died: Callable[[Job], None]) -> None:
@@ -257,6 +261,7 @@ class _Flow:
                 future = self.client.submit(perform, job, self.solve, pure=False)
                 under_way[future.key] = job
                 completed.add(future)
+            self.under_way(sum(len(job.runs) for job in under_way.values()))
 
         for _ in range(width):
             submit()

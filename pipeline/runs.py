@@ -102,12 +102,16 @@ class Runs(Sequence[Run]):
         """Swept values of a run by coordinate name."""
         return dict(zip(self._names, self._values(index), strict=True))
 
+    def choices(self, index: int) -> tuple[int, ...]:
+        """Position of a run's value in each list of the sweep."""
+        found: list[int] = []
+        for values in reversed(self._lists.values()):
+            index, k = divmod(index, len(values))
+            found.insert(0, k)
+        return tuple(found)
+
     def _values(self, index: int) -> tuple[Value, ...]:
-        values: list[Value] = []
-        for choices in reversed(self._lists.values()):
-            index, k = divmod(index, len(choices))
-            values.insert(0, choices[k])
-        return tuple(values)
+        return tuple(values[k] for values, k in zip(self._lists.values(), self.choices(index), strict=True))
 
 
 def expand(scenario: Scenario) -> Runs:
