@@ -16,12 +16,13 @@ from distributed import Client
 from rich.console import Console
 
 from pipeline import layout, provenance, store, table
-from pipeline.batch import Ending, Todo, execute, execute_here, pending, threads, workers
+from pipeline.batch import Ending, Todo, execute, execute_here, pending, threads
 from pipeline.checkpoints import EVERY_SECONDS, Checkpoints
 from pipeline.compilation import compile_once
 from pipeline.failures import listed
 from pipeline.interrupts import heard
 from pipeline.limits import UNLIMITED, Limits
+from pipeline.local_workers import workers
 from pipeline.place import WHOLE, Part, checkpoint_path, log_path, store_path, summary_path
 from pipeline.progress import Progress, shown
 from pipeline.runs import Runs, expand
