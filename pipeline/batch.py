@@ -5,21 +5,16 @@
 
 from __future__ import annotations
 
-import logging
-import os
-import signal
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 from itertools import islice
-from multiprocessing import resource_tracker
+from time import monotonic
 from typing import TYPE_CHECKING, Any
 
-import dask
 import numpy as np
-from distributed import Client, Future, KilledWorker, LocalCluster, as_completed
-from distributed.core import Status as NannyStatus
+from distributed import Client, Future, KilledWorker, as_completed
 from numpy.typing import NDArray
 from tornado.ioloop import PeriodicCallback
 
@@ -40,24 +35,11 @@ if TYPE_CHECKING:
     from pipeline.scenario import Scenario
     from pipeline.shared_points import SharedPoints
 
-RENEWAL_SECONDS = 0.5
+WATCH_SECONDS = 0.5
+# a nanny starts a new process in a few seconds; on a machine under load it may take a minute
+WORKERLESS_SECONDS = 300.0
 DEATH = "the worker process died of this run, twice"
 STUCK = "more time than allowed, and the run did not stop: its worker process was ended, twice"
-
-# allowed-failures counts deaths of a worker, retries would count exceptions; saturation 1 gives a worker no
-# task beside the one it runs, which could be taken for the cause of its death. A cluster closes a worker it
-# has not seen for the lost-worker time-out, also one that is just starting again; `_renew` knows better.
-SETTINGS = {
-    "distributed.scheduler.allowed-failures": 1,
-    "distributed.scheduler.worker-saturation": 1.0,
-    "distributed.deploy.lost-worker-timeout": "1 day",
-    # paused, a worker would wait for ever for room that only a run beside it could free, and there is none
-    "distributed.worker.memory.target": False,
-    "distributed.worker.memory.spill": False,
-    "distributed.worker.memory.pause": False,
-    "distributed.worker.preload": ["pipeline.worker"],
-    "distributed.nanny.pre-spawn-environ.NUMBA_NUM_THREADS": 1,
-}
 
 
 @dataclass
@@ -111,64 +93,6 @@ def pending(path: Path, retry_failed: bool) -> NDArray[np.bool_]:
     return np.isin(store.statuses(path), [Status.PENDING, *([Status.FAILED] if retry_failed else [])])
 
 
-@contextmanager
-def workers(count: int) -> Iterator[Client]:
-    """Start worker processes of one thread each, and end them; killed at once on a KeyboardInterrupt.
-
-    A process that dies is started again by its nanny, or with a new one where the nanny gives up.
-
-    Raises
-    ------
-    OSError
-        If they do not start.
-    """
-    # for good: what is told of processes killed at once may come after the cluster is gone
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)
-    with dask.config.set(SETTINGS), _cluster(count) as cluster, Client(cluster) as client:
-        keeper = PeriodicCallback(partial(_renew, cluster, count), 1000 * RENEWAL_SECONDS)
-        client.loop.add_callback(keeper.start)
-        try:
-            yield client
-        except KeyboardInterrupt:
-            for nanny in cluster.workers.values():
-                nanny.auto_restart = False
-                if nanny.pid is not None:
-                    os.kill(nanny.pid, signal.SIGKILL)
-            raise
-        finally:
-            client.loop.add_callback(keeper.stop)
-
-
-def _renew(cluster: LocalCluster, count: int) -> None:
-    """Replace nannies that have given up, as they do when a new process dies of a task at once."""
-    for name, nanny in list(cluster.workers.items()):
-        if nanny.status in (NannyStatus.failed, NannyStatus.closed):
-            del cluster.workers[name]
-    cluster.scale(count)
-
-
-def _cluster(count: int) -> LocalCluster:
-    """Start worker processes that are deaf to Ctrl-C.
-
-    It reaches the whole process group, and the driver alone decides what stops. Threads and processes
-    started here inherit its being blocked; an interrupt that comes meanwhile is heard afterwards.
-    """
-    # started with the first process it would unblock the signal
-    resource_tracker.ensure_running()
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        return LocalCluster(
-            n_workers=count,
-            threads_per_worker=1,
-            dashboard_address="127.0.0.1:0",
-            silence_logs=logging.CRITICAL,
-        )
-    except RuntimeError as error:
-        raise OSError(f"the worker processes do not start: {error.__cause__ or error}") from error
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
 def threads(client: Client) -> int:
     """Count the threads of all workers: as many jobs may be under way."""
     return int(sum(client.nthreads().values()))
@@ -196,6 +120,7 @@ def execute(
     report: Callable[[Outcome], None],
     interrupts: Interrupts,
     solve: Solve = simulate,
+    under_way: Callable[[int], None] = lambda runs: None,
 ) -> Ending:
     """Do jobs until all are done, the user interrupts, or the place gives trouble.
 
@@ -216,6 +141,8 @@ def execute(
         Whether the user asked to stop; looked at before every job.
     solve : callable
         The solver.
+    under_way : callable
+        Told how many runs are with workers.
 
     Returns
     -------
@@ -229,7 +156,7 @@ def execute(
         for outcome in condemn(job, STUCK if job.name(job.runs[0]) in stuck else DEATH):
             report(outcome)
 
-    flow = _Flow(client, report, interrupts, solve)
+    flow = _Flow(client, report, interrupts, solve, under_way)
     flow.run(iter(jobs), width, suspects.append)
     flow.run((replace(job, runs=(run,)) for job in suspects for run in job.runs), 1, condemned)
     return Ending(interrupts.asked, flow.trouble)
@@ -243,6 +170,7 @@ class _Flow:
     report: Callable[[Outcome], None]
     interrupts: Interrupts
     solve: Solve
+    under_way: Callable[[int], None]
     trouble: str = ""
 
     def run(self, jobs: Iterator[Job], width: int, died: Callable[[Job], None]) -> None:
@@ -257,24 +185,55 @@ class _Flow:
                 future = self.client.submit(perform, job, self.solve, pure=False)
                 under_way[future.key] = job
                 completed.add(future)
+            self.under_way(sum(len(job.runs) for job in under_way.values()))
 
         for _ in range(width):
             submit()
-        for future in completed:
-            job = under_way.pop(future.key)
-            try:
-                self._finish(job, future, died)
-            except OSError as error:
-                self.trouble = f"{job.path}: {error}"
-            future.release()
-            submit()
+        with self._watched(completed):
+            for future in completed:
+                if future.status == "lost":
+                    # its worker died of another job before the result was fetched; it is computed again,
+                    # which finds all runs finished
+                    completed.add(future)
+                    continue
+                job = under_way.pop(future.key)
+                try:
+                    self._finish(job, future, died)
+                except OSError as error:
+                    self.trouble = f"{job.path}: {error}"
+                future.release()
+                submit()
+
+    @contextmanager
+    def _watched(self, completed: as_completed) -> Iterator[None]:
+        """Give up jobs that wait for workers of which none is left, and none has come for a while."""
+        seen, loop = monotonic(), self.client.loop
+        scheduler: Any = self.client.scheduler
+        assert loop is not None
+
+        async def look() -> None:
+            nonlocal seen
+            # a scheduler that does not answer cancels what was handed to it
+            with suppress(OSError):
+                if await scheduler.ncores():
+                    seen = monotonic()
+                elif monotonic() - seen > WORKERLESS_SECONDS:
+                    self.trouble = f"no worker is left, and none has come for {WORKERLESS_SECONDS:g} s"
+                    completed.clear()
+
+        watch = PeriodicCallback(look, 1000 * WATCH_SECONDS)
+        loop.add_callback(watch.start)
+        try:
+            yield
+        finally:
+            loop.add_callback(watch.stop)
 
     def _finish(self, job: Job, future: Future[Any], died: Callable[[Job], None]) -> None:
         if future.status == "finished":
             for outcome in future.result():
                 self.report(outcome)
             return
-        if future.status in ("cancelled", "lost"):
+        if future.status == "cancelled":
             self.trouble = "the scheduler is gone"
             return
         error = future.exception()

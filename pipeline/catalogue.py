@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Collection, Container, Sequence
-from contextlib import AbstractContextManager, ExitStack
+from collections.abc import Callable, Collection, Container, Iterator, Sequence
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from dataclasses import dataclass
 from functools import partial
+from importlib.util import find_spec
 from pathlib import Path
 
 import pandas as pd
@@ -15,14 +16,16 @@ from distributed import Client
 from rich.console import Console
 
 from pipeline import layout, provenance, store, table
-from pipeline.batch import Ending, Todo, execute, execute_here, pending, threads, workers
+from pipeline.batch import Ending, Todo, execute, execute_here, pending, threads
 from pipeline.checkpoints import EVERY_SECONDS, Checkpoints
 from pipeline.compilation import compile_once
+from pipeline.failures import listed
 from pipeline.found_domain import settled
 from pipeline.interrupts import heard
 from pipeline.limits import UNLIMITED, Limits
-from pipeline.place import WHOLE, Part, checkpoint_path, store_path, summary_path
-from pipeline.progress import shown
+from pipeline.local_workers import workers
+from pipeline.place import WHOLE, Part, checkpoint_path, log_path, store_path, summary_path
+from pipeline.progress import Progress, shown
 from pipeline.runs import Runs, expand
 from pipeline.scenario import Scenario, differences
 from pipeline.shared_points import SharedPoints, kept, share
@@ -71,6 +74,7 @@ def complete(
     engine: Engine | None = None,
     part: Part = WHOLE,
     sweep: bool = True,
+    log: Path | None = None,
     solve: Solve = simulate,
 ) -> Outcome:
     """Do what is left of scenarios in a place the caller holds, and write its table.
@@ -97,6 +101,8 @@ def complete(
         What to do of the runs; a part is done in this process.
     sweep : bool
         Whether to remove what killed writers left: nobody else may be writing.
+    log : Path, optional
+        File that gets a line a run, by default one of the place.
     solve : callable
         The solver.
 
@@ -137,7 +143,7 @@ def complete(
                 carried = stack.enter_context(kept(shared, out / f".{scenario.name}.points.partial"))
             wanted = pending(path, retry_failed)
             left.append(Todo(scenario, path, runs, carried, wanted, limits, checkpoints, part))
-        ending = _execute(left, kinds, console, count, engine, part, solve)
+        ending = _execute(left, kinds, console, count, engine, part, log or log_path(out), solve)
     whole = table.read(out)
     try:
         table.write(whole, summary_path(out))
@@ -191,6 +197,15 @@ def _changed(scenarios: Sequence[Scenario], out: Path) -> dict[str, list[str]]:
     return found
 
 
+@contextmanager
+def _reported(console: Console, total: int, log: Path, left: Sequence[Todo]) -> Iterator[Progress]:
+    """Show progress while a batch lasts, and list the runs that failed once it is over."""
+    with shown(console, total, log) as progress:
+        yield progress
+    for line in listed([each.scenario for each in left], progress.failures):
+        progress.tell(line)
+
+
 def _execute(
     left: Sequence[Todo],
     kinds: Collection[Kind],
@@ -198,6 +213,7 @@ def _execute(
     count: int | None,
     engine: Engine | None,
     part: Part,
+    log: Path,
     solve: Solve,
 ) -> Ending:
     total = sum(each.runs_left for each in left)
@@ -206,13 +222,16 @@ def _execute(
     width = min(count or CPU_COUNT, sum(len(each.starts) for each in left))
     jobs = (job for each in left for job in each.jobs())
     try:
-        with shown(console, total) as progress, heard(progress.tell) as interrupts:
+        with _reported(console, total, log, left) as progress, heard(progress.tell) as interrupts:
             if part != WHOLE:
                 return execute_here(jobs, progress.report, interrupts, solve)
             with (engine or workers)(width) as client:
                 if engine is not None:
                     width = threads(client)
+                if find_spec("bokeh") is not None:
+                    progress.tell(f"Dask dashboard: {client.dashboard_link}")
                 compile_once(client, progress.tell, interrupts, partial(compile_kernels, sorted(kinds)))
-                return execute(client, width, jobs, progress.report, interrupts, solve)
+                tell = progress.report, interrupts, solve, progress.under_way
+                return execute(client, width, jobs, *tell)
     except KeyboardInterrupt:
         return Ending(interrupted=True)

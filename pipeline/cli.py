@@ -8,7 +8,17 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from pipeline.assessment_cli import commands
-from pipeline.options import BAD_INPUT, TROUBLE, Codes, Out, end, ending, read_bytes, read_part
+from pipeline.options import (
+    BAD_INPUT,
+    TROUBLE,
+    Codes,
+    Out,
+    end,
+    ending,
+    read_bytes,
+    read_engine,
+    read_part,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -56,6 +66,9 @@ def run(
     part: Annotated[
         str | None, typer.Option(metavar="I/N", help="Do one of N parts of the runs, in this process.")
     ] = None,
+    log: Annotated[
+        Path | None, typer.Option(help="File that gets a line a run.", show_default="OUT/runs.log")
+    ] = None,
 ) -> None:
     """Do what is left of the scenarios' runs.
 
@@ -65,29 +78,15 @@ def run(
     4 the place is in use, 130 interrupted.
     """
     scenarios = _load(files)
-    from functools import partial
-
     from pipeline.catalogue import ChangedError, complete
-    from pipeline.engines import EngineError, joined, queued
+    from pipeline.engines import EngineError
     from pipeline.limits import Limits
     from pipeline.mistakes import BadInput
     from pipeline.place import WHOLE, PlaceInUseError, held, held_in_part, summary_path
     from pipeline.provenance import identity
 
-    console, mine = _console(), read_part(part)
-    given = {"--scheduler": scheduler, "--jobqueue": jobqueue, "--part": part}
-    several = [option for option, value in given.items() if value is not None]
-    if len(several) > 1:
-        end(f"{' and '.join(several)}: expected one of them at most")
-    if overwrite and mine != WHOLE:
-        end("--overwrite: expected without --part, as each part would replace the store of the others")
-    if jobqueue not in (None, "slurm"):
-        end(f"--jobqueue: expected slurm, found '{jobqueue}'")
-    engine = None
-    if scheduler is not None:
-        engine = partial(joined, scheduler)
-    elif jobqueue is not None:
-        engine = partial(queued, jobqueue, workers or 1)
+    console, mine = _console(), read_part(part, overwrite)
+    engine = read_engine(scheduler, jobqueue, part, workers)
     asked = identity("".join(scenario.digest for scenario in scenarios))
     codes: Codes = {BadInput: BAD_INPUT, PlaceInUseError: IN_USE, OSError: TROUBLE, EngineError: TROUBLE}
     try:
@@ -104,6 +103,7 @@ def run(
                 engine=engine,
                 part=mine,
                 sweep=alone is not False,
+                log=log,
             )
     except ChangedError as error:
         end(f"{error}\nuse --overwrite to replace, or another --out")

@@ -13,7 +13,7 @@ import dask
 from distributed import Client
 
 from pipeline import provenance
-from pipeline.batch import SETTINGS
+from pipeline.local_workers import SETTINGS
 
 CONNECTING_SECONDS = 10
 QUEUEING_SECONDS = 24 * 3600

@@ -6,7 +6,11 @@ import signal
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from queue import SimpleQueue
+from threading import Thread
 from types import FrameType
+
+MESSAGE = "interrupted: finishing the runs under way; interrupt again to stop at once"
 
 
 @dataclass
@@ -23,18 +27,28 @@ def heard(tell: Callable[[str], None]) -> Iterator[Interrupts]:
     Parameters
     ----------
     tell : callable
-        Told a line for the user at the first.
+        Told a line for the user at the first, from a thread of its own: what an interrupt cuts into may be
+        telling something just then, and can be gone into once only.
     """
     interrupts = Interrupts()
+    lines: SimpleQueue[str | None] = SimpleQueue()
 
     def handle(number: int, frame: FrameType | None) -> None:
         if interrupts.asked:
             raise KeyboardInterrupt
         interrupts.asked = True
-        tell("interrupted: finishing the runs under way; interrupt again to stop at once")
+        lines.put(MESSAGE)
 
+    def pass_on() -> None:
+        while (line := lines.get()) is not None:
+            tell(line)
+
+    teller = Thread(target=pass_on, daemon=True)
+    teller.start()
     before = signal.signal(signal.SIGINT, handle)
     try:
         yield interrupts
     finally:
         signal.signal(signal.SIGINT, before)
+        lines.put(None)
+        teller.join()

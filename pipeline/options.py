@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 import typer
 
 if TYPE_CHECKING:
+    from pipeline.catalogue import Engine
     from pipeline.place import Part
 
 Codes = Mapping[type[Exception], int]
@@ -34,7 +35,26 @@ def ending(codes: Codes) -> Iterator[None]:
         raise typer.Exit(next(code for kind, code in codes.items() if isinstance(error, kind))) from None
 
 
-def read_part(text: str | None) -> Part:
+def read_engine(
+    scheduler: str | None, jobqueue: str | None, part: str | None, workers: int | None
+) -> Engine | None:
+    """Choose the workers, or end; None for those of this machine."""
+    from functools import partial
+
+    from pipeline.engines import joined, queued
+
+    given = {"--scheduler": scheduler, "--jobqueue": jobqueue, "--part": part}
+    several = [option for option, value in given.items() if value is not None]
+    if len(several) > 1:
+        end(f"{' and '.join(several)}: expected one of them at most")
+    if jobqueue not in (None, "slurm"):
+        end(f"--jobqueue: expected slurm, found '{jobqueue}'")
+    if scheduler is not None:
+        return partial(joined, scheduler)
+    return None if jobqueue is None else partial(queued, jobqueue, workers or 1)
+
+
+def read_part(text: str | None, overwrite: bool) -> Part:
     """Read a part as ``2/8``, or end; the whole where nothing is given."""
     from pipeline.place import WHOLE, Part
 
@@ -43,6 +63,8 @@ def read_part(text: str | None) -> Part:
     index, _, count = text.partition("/")
     if not (index.isdecimal() and count.isdecimal() and 1 <= int(index) <= int(count)):
         end(f"--part: expected a part as 1/8 to 8/8, found '{text}'")
+    if overwrite:
+        end("--overwrite: expected without --part, as each part would replace the store of the others")
     return Part(int(index), int(count))
 
 

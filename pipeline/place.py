@@ -66,6 +66,11 @@ def checkpoint_path(out: Path, name: str) -> Path:
     return out / f".{name}.checkpoints"
 
 
+def log_path(out: Path) -> Path:
+    """Log of a place: a line for every run that ended."""
+    return out / "runs.log"
+
+
 def summary_path(out: Path) -> Path:
     """Table over all scenarios of the place."""
     return out / "summary.csv"

@@ -41,12 +41,13 @@ class Job:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a run: its store, its index, its status, and why where it failed."""
+    """What became of a run: its store, index and status, why it failed, and its elapsed time, s."""
 
     path: Path
     run: int
     status: Status
     reason: str = ""
+    elapsed: float = float("nan")
 
 
 def perform(job: Job, solve: Solve = simulate) -> list[Outcome]:
@@ -74,7 +75,9 @@ def perform(job: Job, solve: Solve = simulate) -> list[Outcome]:
     outcomes = [Outcome(job.path, run, status) for run, status in finished.items()]
     for run in runs:
         status, rows[run.index] = _compute(job, run, shared, solve)
-        outcomes.append(Outcome(job.path, run.index, status, rows[run.index].get("failure_reason", "")))
+        row = rows[run.index]
+        reason, elapsed = row.get("failure_reason", ""), row.get("wall_time", float("nan"))
+        outcomes.append(Outcome(job.path, run.index, status, reason, elapsed))
     if rows:
         store.write(job.path, job.variables, rows, {o.run: o.status for o in outcomes if o.run in rows})
         if job.checkpoints is not None:

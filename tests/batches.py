@@ -1,6 +1,7 @@
 """Batches of stub runs for the tests of what a batch promises, and what is looked at afterwards."""
 
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -12,6 +13,7 @@ from rich.console import Console
 
 from pipeline import store
 from pipeline.catalogue import complete
+from pipeline.interrupts import MESSAGE
 from pipeline.place import held
 from pipeline.scenario import load
 from pipeline.variables import TIMINGS, Status
@@ -21,32 +23,48 @@ import sys
 from functools import partial
 from pathlib import Path
 from rich.console import Console
-from stub_solvers import slow
+from stub_solvers import gated
 import pipeline.template
 from pipeline.catalogue import complete
 from pipeline.place import held
 from pipeline.scenario import load
 
 if __name__ == "__main__":
-    file, out, log, seconds, group = sys.argv[1:]
+    file, out, log, free, group = sys.argv[1:]
     pipeline.template.group_size = lambda *_: int(group)
     with held(Path(out)):
-        solve = partial(slow, log=log, seconds=float(seconds))
+        solve = partial(gated, log=log, free=float(free))
         outcome = complete(load([file]), Path(out), Console(), count=2, solve=solve)
     sys.exit(outcome.exit_code)
 """
 
 
-def start_driver(file: Path, out: Path, log: Path, seconds: float, group: int = 1) -> subprocess.Popen[str]:
-    """Start a batch of slow runs on two workers in a process group of its own."""
+def start_driver(file: Path, out: Path, log: Path, free: float, group: int = 1) -> subprocess.Popen[str]:
+    """Start a batch on two workers in a process group of its own; runs from ``free`` on wait at the gate."""
     return subprocess.Popen(
-        [sys.executable, "-c", DRIVER, file, out, log, str(seconds), str(group)],
+        [sys.executable, "-c", DRIVER, file, out, log, str(free), str(group)],
         env=os.environ | {"PYTHONPATH": os.pathsep.join([str(Path(__file__).parent), str(Path.cwd())])},
         start_new_session=True,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
     )
+
+
+def open_gate(log: Path) -> None:
+    """Let the runs go on that wait."""
+    log.with_suffix(".gate").touch()
+
+
+def interrupt(process: subprocess.Popen[str]) -> str:
+    """Interrupt a driver with all its processes; gives what it has shown, up to its being told."""
+    os.killpg(process.pid, signal.SIGINT)
+    shown = ""
+    while MESSAGE not in shown:
+        line = process.stdout.readline()
+        assert line, shown
+        shown += line
+    return shown
 
 
 def run(out: Path, *files: Path, solve: Callable[..., object], **options: object):

@@ -69,7 +69,7 @@ def shipped(tmp_path_factory: pytest.TempPathFactory) -> Shipped:
 @pytest.fixture(scope="session")
 def cluster() -> Iterator[object]:
     """Two worker processes for the whole session."""
-    from pipeline.batch import workers
+    from pipeline.local_workers import workers
 
     with workers(2) as client:
         yield client

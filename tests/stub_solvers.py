@@ -68,6 +68,14 @@ def slow(scene, times, *, log, seconds=0.5, **options):
     return result
 
 
+def gated(scene, times, *, log, free, **options):
+    """Wait, from a bed friction on, until the file of the gate is there."""
+    result = by_friction(scene, times, log=log, **options)
+    while scene.friction.bed_friction >= free and not Path(log).with_suffix(".gate").exists():
+        time.sleep(0.01)
+    return result
+
+
 def full_from(scene, times, *, at, **options):
     """Leave a disk without room for more than a few bytes a file where the bed friction is ``at``."""
     if scene.friction.bed_friction == at:

@@ -4,6 +4,7 @@ import os
 import stat
 import subprocess
 import sys
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 
@@ -23,30 +24,35 @@ from pipeline.variables import Status
 ENVIRONMENT = os.environ | {"PYTHONPATH": os.pathsep.join([str(Path(__file__).parent), str(Path.cwd())])}
 
 
-@pytest.fixture(scope="module")
-def scheduler(tmp_path_factory):
-    """Address of a scheduler with two workers, started as a user would."""
-    file = tmp_path_factory.mktemp("cluster") / "scheduler.json"
-    where = ["--scheduler-file", str(file), "--no-dashboard"]
-    started = [
+@contextmanager
+def started(folder: Path, *workers: list[str]):
+    """Start a scheduler and workers as a user would; gives its client."""
+    file = folder / "scheduler.json"
+    commands = [["scheduler", "--host", "127.0.0.1", "--port", "0"]]
+    commands += [["worker", "--nthreads", "1", "--local-directory", str(folder), *more] for more in workers]
+    processes = [
         subprocess.Popen(
-            [sys.executable, "-m", "dask", kind, *where, *more],
+            [sys.executable, "-m", "dask", *command, "--scheduler-file", str(file), "--no-dashboard"],
             env=ENVIRONMENT,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
         )
-        for kind, more in (
-            ("scheduler", ["--host", "127.0.0.1", "--port", "0"]),
-            *[("worker", ["--nthreads", "1", "--local-directory", str(file.parent)])] * 2,
-        )
+        for command in commands
     ]
     until(file.exists)
-    with Client(scheduler_file=str(file)) as client:
-        client.wait_for_workers(2, timeout=60)
-        yield client.scheduler.address
-    for process in reversed(started):
+    with Client(scheduler_file=str(file), set_as_default=False) as client:
+        client.wait_for_workers(len(workers), timeout=60)
+        yield client
+    for process in reversed(processes):
         process.terminate()
         process.wait(timeout=30)
+
+
+@pytest.fixture(scope="module")
+def scheduler(tmp_path_factory):
+    """Address of a scheduler with two workers."""
+    with started(tmp_path_factory.mktemp("cluster"), [], []) as client:
+        yield client.scheduler.address
 
 
 def test_a_running_cluster_does_the_runs_and_is_left_as_it_was(scenario_file, out, log, tmp_path, scheduler):
@@ -65,6 +71,16 @@ def test_a_run_that_kills_workers_of_a_cluster_fails_alone(scenario_file, out, l
     file = scenario_file(20, KILLS, 21, 22)
     outcome = run(out, file, solve=partial(by_friction, log=log), engine=partial(joined, scheduler))
     assert outcome.statuses == {Status.DONE: 3, Status.FAILED: 1}
+
+
+def test_a_cluster_that_has_lost_its_workers_is_trouble(scenario_file, out, log, tmp_path, monkeypatch):
+    monkeypatch.setattr("pipeline.batch.WORKERLESS_SECONDS", 0.5)
+    with started(tmp_path, ["--no-nanny"]) as client:
+        engine = partial(joined, client.scheduler.address)
+        outcome = run(out, scenario_file(20, KILLS, 21), solve=partial(by_friction, log=log), engine=engine)
+    assert outcome.exit_code == 3
+    assert outcome.ending.trouble == "no worker is left, and none has come for 0.5 s"
+    assert outcome.statuses == {Status.DONE: 1, Status.PENDING: 2}
 
 
 def test_the_command_joins_a_cluster(scenario_file, out, scheduler):
@@ -126,6 +142,7 @@ def test_workers_started_by_a_queue_do_the_runs(scenario_file, out, log, tmp_pat
 
 PARTS = """
 import sys
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from rich.console import Console

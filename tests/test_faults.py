@@ -4,13 +4,12 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from functools import partial
 from pathlib import Path
 
 import psutil
 import pytest
-from batches import computed, counts, files, run, start_driver, until
+from batches import computed, counts, files, interrupt, open_gate, run, start_driver, until
 from stub_solvers import HANGS, KILLS, RAISES, SWELLS, by_friction, full_from, heal, read_only_from, slow
 from test_cli import pipeline
 
@@ -64,8 +63,8 @@ def gone(processes: list[psutil.Process]) -> bool:
 
 def test_a_running_batch_is_read_safely_and_a_second_one_is_told(scenario_file, out, log):
     file, path = scenario_file(*ANGLES), out / "box.zarr"
-    process = start_driver(file, out, log, seconds=2)
-    until(lambda: path.exists() and counts(path)[Status.DONE] >= 2)
+    process = start_driver(file, out, log, free=22)
+    until(lambda: path.exists() and counts(path)[Status.DONE] == 2)
     assert told(out)[1].startswith(f"in use by process {process.pid} on ")
     assert pipeline("verify", out).exit_code == 0
     second = pipeline("run", file, "--out", out)
@@ -84,18 +83,21 @@ def test_a_batch_that_was_stopped_is_completed(
 ):
     monkeypatch.setattr("pipeline.template.group_size", lambda *_: group)
     file, path = scenario_file(*ANGLES), out / "box.zarr"
-    process = start_driver(file, out, log, seconds=0.4 / group, group=group)
-    until(lambda: path.exists() and counts(path)[Status.DONE] >= 2)
+    # some runs are done and both workers wait, with groups of three one of them amid its group
+    free, begun = {1: (22, 4), 3: (24, 6)}[group]
+    process = start_driver(file, out, log, free, group)
+    until(lambda: log.exists() and len(log.read_text().split()) == begun)
     children = psutil.Process(process.pid).children(recursive=True)
     if fault == "driver killed":
         process.kill()
     elif fault == "all killed":
         os.killpg(process.pid, signal.SIGKILL)
     else:
-        os.killpg(process.pid, signal.SIGINT)
+        interrupt(process)
         if fault == "interrupted twice":
-            time.sleep(0.1)
             os.killpg(process.pid, signal.SIGINT)
+        else:
+            open_gate(log)
     shown, _ = process.communicate(timeout=60)
     assert "Traceback" not in shown
     if fault.startswith("interrupted"):
