@@ -5,9 +5,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import islice
 from time import monotonic
@@ -62,6 +62,7 @@ class Todo:
     limits: Limits
     checkpoints: Checkpoints | None
     part: Part = WHOLE
+    same: Mapping[int, tuple[Path, int]] = field(default_factory=dict)
 
     @cached_property
     def group(self) -> int:
@@ -79,13 +80,16 @@ class Todo:
         """Runs of this part that are left."""
         return sum(int(self.wanted[start : start + self.group].sum()) for start in self.starts)
 
-    def jobs(self) -> Iterator[Job]:
-        """Go through what is left, one job a group."""
+    def jobs(self, *, again: bool) -> Iterator[Job]:
+        """Go through what is left, one job a group: either those with runs that others stand for, or the rest."""
         held = variables(self.scenario)
         for start in self.starts:
             stop = min(start + self.group, len(self.runs))
-            chosen = tuple(self.runs[i] for i in range(start, stop) if self.wanted[i])
-            yield Job(self.path, held, chosen, self.shared, self.limits, self.checkpoints)
+            left = [int(i) for i in np.arange(start, stop) if self.wanted[i]]
+            same = {i: self.same[i] for i in left if i in self.same}
+            if bool(same) == again:
+                chosen = tuple(self.runs[i] for i in left)
+                yield Job(self.path, held, chosen, self.shared, self.limits, self.checkpoints, same)
 
 
 def pending(path: Path, retry_failed: bool) -> NDArray[np.bool_]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Collection, Container, Iterator, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
@@ -27,6 +27,7 @@ from pipeline.local_workers import workers
 from pipeline.place import WHOLE, Part, checkpoint_path, log_path, store_path, summary_path
 from pipeline.progress import Progress, shown
 from pipeline.runs import Runs, expand
+from pipeline.same_runs import copies
 from pipeline.scenario import Scenario, differences
 from pipeline.shared_points import SharedPoints, kept, share
 from pipeline.task import Solve
@@ -143,6 +144,7 @@ def complete(
                 carried = stack.enter_context(kept(shared, out / f".{scenario.name}.points.partial"))
             wanted = pending(path, retry_failed)
             left.append(Todo(scenario, path, runs, carried, wanted, limits, checkpoints, part))
+        left = _sharing(left, scenarios, out)
         ending = _execute(left, kinds, console, count, engine, part, log or log_path(out), solve)
     whole = table.read(out)
     try:
@@ -151,6 +153,18 @@ def complete(
         ending.trouble = ending.trouble or str(error)
     counts = Counter(Status(s) for sc in scenarios for s in store.statuses(store_path(out, sc.name)))
     return Outcome(ending, counts, whole)
+
+
+def _sharing(left: Sequence[Todo], scenarios: Sequence[Scenario], out: Path) -> list[Todo]:
+    """Tell what is left of the runs that others have the physics of, finished ones first."""
+    names = {each.scenario.name for each in left}
+    finished = [
+        settled(scenario, store.attributes(store_path(out, scenario.name)), lambda line: None)
+        for scenario in scenarios
+        if scenario.name not in names
+    ]
+    same = copies([*finished, *(each.scenario for each in left)], out) if left else {}
+    return [replace(each, same=same.get(each.path, {})) for each in left]
 
 
 def _shared(
@@ -220,7 +234,8 @@ def _execute(
     if not total:
         return Ending()
     width = min(count or CPU_COUNT, sum(len(each.starts) for each in left))
-    jobs = (job for each in left for job in each.jobs())
+    # what can be copied from others comes when these are done
+    jobs = (job for again in (False, True) for each in left for job in each.jobs(again=again))
     try:
         with _reported(console, total, log, left) as progress, heard(progress.tell) as interrupts:
             if part != WHOLE:

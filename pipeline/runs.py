@@ -75,7 +75,7 @@ class Runs(Sequence[Run]):
         self.design = design(scenario.settings)
         self._data = scenario.settings.model_dump(exclude_unset=True, exclude=OF_ALL_RUNS)
         self._names = tuple(coordinate_names(self.design.keys).values())
-        self._paths = [path for key in self.design.keys if (path := path_of(key, self._data)) is not None]
+        self.paths = [path for key in self.design.keys if (path := path_of(key, self._data)) is not None]
 
     def __len__(self) -> int:
         return len(self.design)
@@ -91,7 +91,7 @@ class Runs(Sequence[Run]):
             return [self[i] for i in range(len(self))[index]]
         index = range(len(self))[index]
         changed = self._data
-        for path, value in zip(self._paths, self.design[index], strict=True):
+        for path, value in zip(self.paths, self.design[index], strict=True):
             changed = assign(changed, path, value)
         settings = Settings.model_validate(changed)
         table = self.tables.get(getattr(settings.terrain, "file", ""))

@@ -147,6 +147,13 @@ def group(path: Path) -> int:
     return int(_array(zarr.open_group(path, mode="r", use_consolidated=False), STATUS).chunks[0])
 
 
+def row(path: Path, variables: Sequence[Variable], run: int) -> dict[str, Any]:
+    """Read the values of a run by name of variable, digest and status apart, as ``write`` takes them."""
+    root = zarr.open_group(path, mode="r", use_consolidated=False)
+    arrays = {variable.name: _array(root, variable) for variable in variables[:-2]}
+    return {name: array[run] if "run" in dims(array) else array[...] for name, array in arrays.items()}
+
+
 def attributes(path: Path) -> dict[str, Any]:
     """Attributes of a store, empty where there is none."""
     try:

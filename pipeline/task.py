@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,7 @@ from pipeline.runs import Prepared, Run, build_scene
 from pipeline.shared_points import SharedPoints
 from pipeline.summary import summarise
 from pipeline.template import profile_values
-from pipeline.variables import FIELDS, Status, Variable
+from pipeline.variables import FIELDS, TIMINGS, Status, Variable
 from solver.simulation import OUT_OF_TIME, Result, simulate
 
 Solve = Callable[..., Result]
@@ -24,7 +24,8 @@ Solve = Callable[..., Result]
 class Job:
     """Runs of one group of one store, which the task that takes it alone writes.
 
-    shared : points of the runs, or the file of them.
+    shared : points of the runs, or the file of them. same : by index of a run, the store and index of another
+    with the same physics.
     """
 
     path: Path
@@ -33,6 +34,7 @@ class Job:
     shared: SharedPoints | Path
     limits: Limits = UNLIMITED
     checkpoints: Checkpoints | None = None
+    same: Mapping[int, tuple[Path, int]] = field(default_factory=dict)
 
     def name(self, run: Run) -> str:
         """Name of a run that no other store has."""
@@ -74,7 +76,7 @@ def perform(job: Job, solve: Solve = simulate) -> list[Outcome]:
     rows: dict[int, dict[str, Any]] = {}
     outcomes = [Outcome(job.path, run, status) for run, status in finished.items()]
     for run in runs:
-        status, rows[run.index] = _compute(job, run, shared, solve)
+        status, rows[run.index] = _copied(job, run) or _compute(job, run, shared, solve)
         row = rows[run.index]
         reason, elapsed = row.get("failure_reason", ""), row.get("wall_time", float("nan"))
         outcomes.append(Outcome(job.path, run.index, status, reason, elapsed))
@@ -84,6 +86,17 @@ def perform(job: Job, solve: Solve = simulate) -> list[Outcome]:
             for index in rows:
                 job.checkpoints.of(index).remove()
     return outcomes
+
+
+def _copied(job: Job, run: Run) -> tuple[Status, dict[str, Any]] | None:
+    """Status and values of a run whose physics another one has that is finished; it costs no time."""
+    if run.index not in job.same:
+        return None
+    path, index = job.same[run.index]
+    status = Status(store.statuses(path, slice(index, index + 1))[0])
+    if status not in (Status.DONE, Status.OVERRUN):
+        return None
+    return status, store.row(path, job.variables, index) | dict.fromkeys(TIMINGS, 0.0)
 
 
 def condemn(job: Job, reason: str) -> list[Outcome]:
