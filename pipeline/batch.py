@@ -81,7 +81,7 @@ class Todo:
         return sum(int(self.wanted[start : start + self.group].sum()) for start in self.starts)
 
     def jobs(self, *, again: bool) -> Iterator[Job]:
-        """Go through what is left, one job a group: either those with runs that others stand for, or the rest."""
+        """Go through what is left, one job a group: those that others stand for, or the rest."""
         held = variables(self.scenario)
         for start in self.starts:
             stop = min(start + self.group, len(self.runs))
