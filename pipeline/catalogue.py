@@ -115,6 +115,10 @@ def complete(
         raise ChangedError("\n".join(line for lines in replaced.values() for line in lines))
     if sweep:
         store.sweep_partials(out)
+    for scenario in scenarios:
+        if (path := store_path(out, scenario.name)).exists() and scenario.name not in replaced:
+            # how its results are shown may have changed
+            store.renew(path, {"scenario": scenario.text, "comment": scenario.settings.description})
     left: list[Todo] = []
     kinds: set[Kind] = set()
     with ExitStack() as stack:

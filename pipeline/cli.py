@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pipeline.options import BAD_INPUT, Codes, end, ending, read_bytes, read_part
+from pipeline import map_commands
+from pipeline.options import BAD_INPUT, TROUBLE, Codes, Out, end, ending, read_bytes, read_part
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -16,7 +17,6 @@ if TYPE_CHECKING:
     from pipeline.scenario import Scenario
 
 SOME_FAILED = 1
-TROUBLE = 3
 IN_USE = 4
 
 app = typer.Typer(
@@ -28,7 +28,6 @@ app = typer.Typer(
 )
 
 Files = Annotated[list[Path], typer.Argument(metavar="FILES...", help="Scenario files.")]
-Out = Annotated[Path, typer.Argument(metavar="OUT", help="The place results were written to.")]
 
 
 @app.command()
@@ -226,6 +225,9 @@ def figures(
     with ending({FileNotFoundError: BAD_INPUT, OSError: TROUBLE}):
         for path in draw(out, to or out / "figures"):
             typer.echo(str(path))
+
+
+app.command()(map_commands.hazard)
 
 
 @app.command()

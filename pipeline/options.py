@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, NoReturn
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
@@ -13,6 +14,8 @@ if TYPE_CHECKING:
 
 Codes = Mapping[type[Exception], int]
 BAD_INPUT = 2
+TROUBLE = 3
+Out = Annotated[Path, typer.Argument(metavar="OUT", help="The place results were written to.")]
 
 
 def end(message: str) -> NoReturn:
@@ -51,3 +54,14 @@ def read_bytes(text: str | None) -> int | None:
         return None if text is None else int(parse_bytes(text))
     except ValueError:
         end(f"--memory-limit: expected a size as 2GB or 500MiB, found '{text}'")
+
+
+def read_numbers(option: str, text: str | None) -> tuple[float, ...] | None:
+    """Read numbers above 0 as ``0.5,1,2``, or end; None where nothing is given."""
+    try:
+        found = None if text is None else tuple(sorted({float(part) for part in text.split(",")}))
+    except ValueError:
+        found = (-1.0,)
+    if found is not None and not all(0 < value < float("inf") for value in found):
+        end(f"{option}: expected numbers above 0 as 0.5,1,2, found '{text}'")
+    return found

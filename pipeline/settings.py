@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal, get_args
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag, model_validator
 
+from pipeline.hazard_settings import Georeference, Hazard
 from pipeline.mistakes import describe
 from pipeline.points_settings import Points, Region
 from pipeline.release_settings import AnyRelease
@@ -168,6 +169,11 @@ class Settings(Section):
         "the runs are the product of all lists, the last varying fastest",
         default={},
     )
+
+    georeference: Georeference | None = key(
+        "where the profile lies on the map; no change of the scenario", default=None
+    )
+    hazard: Hazard = key("what is mapped of the results; no change of the scenario", default=Hazard())
 
     @model_validator(mode="after")
     def _countable(self) -> Settings:

@@ -150,8 +150,15 @@ def attributes(path: Path) -> dict[str, Any]:
         return {}
 
 
-def open_store(path: Path) -> xr.Dataset:
-    """Open a store lazily, values read as they are used.
+def renew(path: Path, changed: Mapping[str, str]) -> None:
+    """Set attributes that no value depends on, where they are other ones."""
+    root = zarr.open_group(path, mode="r+", use_consolidated=False)
+    if any(root.attrs.get(name) != value for name, value in changed.items()):
+        root.update_attributes(dict(changed))
+
+
+def open_store(path: Path, *, dask: bool = False) -> xr.Dataset:
+    """Open a store lazily, values read as they are used, or computed by Dask, chunk by chunk.
 
     Raises
     ------
@@ -160,7 +167,7 @@ def open_store(path: Path) -> xr.Dataset:
     """
     import xarray as xr
 
-    opened: xr.Dataset = xr.open_zarr(path, chunks=None, consolidated=False)
+    opened: xr.Dataset = xr.open_zarr(path, chunks={} if dask else None, consolidated=False)
     return opened
 
 
