@@ -99,7 +99,7 @@ def _quantity(quantity: Quantity, runs: xr.Dataset, settings: Hazard) -> xr.Data
         )
         about = {"long_name": f"threshold of the {quantity.long_name}", "units": quantity.units}
         found = found.assign_coords({dim: (dim, thresholds, about)})
-    if thresholds.size or not pressure:
+    if thresholds.size or quantity.name in ("depth", "speed"):
         values = quantiles(runs[quantity.field], settings.quantiles, runs)
         values = values**2 * settings.density / PASCALS if pressure else values
         about = {"long_name": f"quantile of the {quantity.long_name}", "units": quantity.units}
@@ -168,6 +168,7 @@ def _attributes(count: Counts, settings: Hazard) -> dict[str, object]:
         "intensity_source": settings.intensity.source,
         "level_source": settings.levels.source,
         "intensity_share": settings.share,
+        "outlines": list(settings.outlines),
     }
 
 
@@ -196,20 +197,44 @@ def of_place(
     """
     held: dict[str, xr.Dataset] = {}
     asked: dict[str, Hazard] = {}
+    grounds: dict[str, str] = {}
     for path in store_paths(out):
         store = open_store(path, dask=True)
         name = str(store.attrs["title"])
-        asked[name] = stored(store.attrs).hazard.model_copy(update=dict(thresholds))
+        settings = stored(store.attrs)
+        asked[name] = settings.hazard.model_copy(update=dict(thresholds))
+        ground = settings.georeference
+        grounds[name] = "" if ground is None else ground.model_dump_json()
         held[name] = ensemble(store, spacing)
         about = {key: store.attrs[key] for key in ("scenario_hash", "solver_hash", "lmls_version")}
-        yield name, hazard(held[name], asked[name]).assign_attrs(title=name, **about)
+        found = hazard(held[name], asked[name])
+        yield name, found.assign_attrs(title=name, georeference=grounds[name], **about)
     if len(held) > 1:
         runs = together(held)
         first, *others = asked
         for other in others:
             if asked[other] != asked[first]:
                 raise NotTogetherError(f"{first} and {other} differ in what is asked for under hazard")
-        yield WHOLE, hazard(runs, asked[first]).assign_attrs(title=WHOLE, scenarios=", ".join(held))
+            if grounds[other] != grounds[first]:
+                raise NotTogetherError(f"{first} and {other} differ in their georeference")
+        found = hazard(runs, asked[first])
+        yield WHOLE, found.assign_attrs(title=WHOLE, georeference=grounds[first], scenarios=", ".join(held))
+
+
+def read(path: Path) -> xr.Dataset:
+    """Read hazard maps as they were written: whole numbers stay whole, and -1 is unknown.
+
+    Raises
+    ------
+    OSError
+        If there are none.
+    """
+    with xr.open_dataset(path, engine="netcdf4", mask_and_scale=False) as opened:
+        found = opened.load()
+    for values in found.variables.values():
+        if "_FillValue" in values.attrs:
+            values.encoding["_FillValue"] = values.attrs.pop("_FillValue")
+    return found
 
 
 def write(found: xr.Dataset, folder: Path) -> Path:

@@ -119,6 +119,9 @@ class Hazard(Section):
         "thresholds of the largest dynamic pressure, density times speed squared", "kPa", ()
     )
     quantiles: tuple[Share, ...] = key("quantiles that are mapped", default=(0.5, 0.9))
+    outlines: tuple[Annotated[float, Field(gt=0, lt=1)], ...] = key(
+        "shares of runs whose outlines are written, for each threshold", default=(0.1, 0.5, 0.9)
+    )
     share: Share = key(
         "share of the runs that must reach a class of intensity for a place to be of it", default=0.5
     )

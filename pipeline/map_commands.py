@@ -25,14 +25,17 @@ def hazard(
     spacing: Annotated[
         float | None, typer.Option(help="Of the lattice for clouds, m.", show_default="their mean spacing")
     ] = None,
+    maps: Annotated[bool, typer.Option("--maps/--no-maps", help="Draw maps beside the NetCDF file.")] = True,
 ) -> None:
     """Map the hazard of each scenario and of all together.
 
     Shares of runs that exceed thresholds (depth in m, speed in m/s, momentum flux in m3/s2, pressure in kPa)
-    with their bounds, quantiles, arrival, intensity and level of hazard, as NetCDF.
+    with their bounds, quantiles, arrival, intensity and level of hazard, as NetCDF and PNG; with a
+    georeference also as GeoTIFF, NetCDF and GeoPackage in its reference system.
     """
     from pipeline.ensemble import NotTogetherError
     from pipeline.hazard import WHOLE, of_place, write
+    from pipeline.map_files import write_maps
 
     given = {"depth": depth, "speed": speed, "momentum_flux": momentum_flux, "pressure": pressure}
     read = {name: read_numbers(f"--{name.replace('_', '-')}", text) for name, text in given.items()}
@@ -44,6 +47,13 @@ def hazard(
         try:
             for name, found in of_place(out, thresholds, spacing):
                 typer.echo(f"{name}: {found.attrs['comment']}")
-                typer.echo(str(write(found, top if name == WHOLE else top / name)))
+                folder = top if name == WHOLE else top / name
+                typer.echo(str(write(found, folder)))
+                for path in write_maps(found, folder, _tell) if maps else ():
+                    typer.echo(str(path))
         except NotTogetherError as error:
             typer.echo(f"no map over all scenarios: {error}", err=True)
+
+
+def _tell(line: str) -> None:
+    typer.echo(line, err=True)
