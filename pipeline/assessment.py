@@ -33,15 +33,13 @@ SHARES = (0.05, 0.5, 0.95)
 DISTANCES = 41
 
 
-def assess(out: Path, density: float) -> dict[str, pd.DataFrame]:
+def assess(out: Path) -> dict[str, pd.DataFrame]:
     """Make the tables of a place.
 
     Parameters
     ----------
     out : Path
         The place.
-    density : float
-        Of the moving mass, kg m-3.
 
     Returns
     -------
@@ -59,7 +57,7 @@ def assess(out: Path, density: float) -> dict[str, pd.DataFrame]:
     """
     stores = [open_store(path) for path in store_paths(out)]
     try:
-        by_run = [reached(store, density) for store in stores]
+        by_run = [reached(store) for store in stores]
         found = {
             "runs": table.read(out),
             "scenarios": pd.DataFrame(row for store in stores for row in quantiles(store)),

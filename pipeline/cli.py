@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pipeline.assessment_cli import commands
+from pipeline import assessment_commands, map_commands
 from pipeline.options import (
     BAD_INPUT,
     TROUBLE,
@@ -227,6 +227,15 @@ def figures(
             typer.echo(str(path))
 
 
+for command in (
+    assessment_commands.tables,
+    map_commands.hazard,
+    assessment_commands.sensitivity,
+    assessment_commands.calibrate,
+):
+    app.command()(command)
+
+
 @app.command()
 def bench(
     to: Annotated[Path, typer.Option(help="Folder to write to.")] = Path("bench"),
@@ -264,9 +273,6 @@ def _print(console: Console, whole: pd.DataFrame) -> None:
     from pipeline.display import runs_table
 
     console.print(runs_table(whole, console.width))
-
-
-app.add_typer(commands)
 
 
 def main() -> None:

@@ -76,3 +76,14 @@ def read_bytes(text: str | None) -> int | None:
         return None if text is None else int(parse_bytes(text))
     except ValueError:
         end(f"--memory-limit: expected a size as 2GB or 500MiB, found '{text}'")
+
+
+def read_numbers(option: str, text: str | None) -> tuple[float, ...] | None:
+    """Read numbers above 0 as ``0.5,1,2``, or end; None where nothing is given."""
+    try:
+        found = None if text is None else tuple(sorted({float(part) for part in text.split(",")}))
+    except ValueError:
+        found = (-1.0,)
+    if found is not None and not all(0 < value < float("inf") for value in found):
+        end(f"{option}: expected numbers above 0 as 0.5,1,2, found '{text}'")
+    return found

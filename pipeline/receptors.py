@@ -13,8 +13,8 @@ from scipy.spatial import KDTree
 
 from pipeline.frames import cell_area, space
 from pipeline.receptor_settings import Receptor
+from pipeline.scenario import stored
 from pipeline.section import Pair
-from pipeline.stated import stated
 from pipeline.variables import STATUS, Status
 
 Array = NDArray[np.float64]
@@ -61,22 +61,20 @@ class Cells:
         return np.unique(index)
 
 
-def reached(store: xr.Dataset, density: float) -> pd.DataFrame:
+def reached(store: xr.Dataset) -> pd.DataFrame:
     """Table what reaches each receptor of a scenario in each of its runs.
 
     Parameters
     ----------
     store : Dataset
         The scenario's store, with the fields ``max_depth``, ``max_speed`` and ``arrival_time``.
-    density : float
-        Of the moving mass, kg m-3.
 
     Returns
     -------
     DataFrame
         A row for each receptor and run: ``scenario``, ``run``, ``status``, ``receptor``, ``reached``,
         ``max_depth`` (m), ``max_speed`` (m s-1), ``max_pressure`` (dynamic pressure, density times speed
-        squared, Pa), ``arrival_time`` (s). The largest of its cells, and the first arrival. What was not
+        squared, kPa), ``arrival_time`` (s). The largest of its cells, and the first arrival. What was not
         computed is missing. Empty where the scenario has no receptors.
 
     Raises
@@ -84,7 +82,8 @@ def reached(store: xr.Dataset, density: float) -> pd.DataFrame:
     ValueError
         If the scenario has receptors and the store lacks a field.
     """
-    receptors = stated(store.attrs).receptors
+    said = stored(store.attrs)
+    receptors, density = said.receptors, said.hazard.density
     missing = [name for name in FIELDS if name not in store]
     if receptors and missing:
         title = store.attrs["title"]
@@ -109,7 +108,7 @@ def reached(store: xr.Dataset, density: float) -> pd.DataFrame:
                     "receptor": receptor.name,
                     "reached": pd.array(np.isfinite(arrival), "boolean"),
                     **largest,
-                    "max_pressure": density * speed**2,
+                    "max_pressure": density * speed**2 / 1000,
                     "arrival_time": np.where(computed, arrival, np.nan),
                 }
             )

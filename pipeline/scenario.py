@@ -14,12 +14,13 @@ from pipeline.design import draw
 from pipeline.elevation_table import ElevationTable
 from pipeline.mistakes import BadInput, Mistake, describe
 from pipeline.point_file import PointFile
-from pipeline.settings import Settings, json_schema
+from pipeline.schema_errors import check
+from pipeline.settings import OF_ALL_RUNS, Settings, json_schema
 from pipeline.strict_yaml import parse
 
 # What says nothing of a run's values: words, limits of its cost, and what its values are used for.
 IRRELEVANT: Any = {
-    **dict.fromkeys(("description", "weights", "return_periods", "receptors"), True),
+    **dict.fromkeys(("description", *OF_ALL_RUNS - {"sweep", "sample"}), True),
     "time": {"max_steps", "max_wall"},
 }
 
@@ -96,6 +97,20 @@ def load(paths: Iterable[str | Path]) -> list[Scenario]:
     if mistakes:
         raise BadInput(mistakes)
     return scenarios
+
+
+def stored(attributes: Mapping[str, Any]) -> Settings:
+    """Read the settings that a store was made from, out of its attributes.
+
+    Raises
+    ------
+    ValueError
+        If this version does not know what stands there.
+    """
+    found = check(parse(str(attributes["scenario"]), str(attributes["title"])).data)
+    if isinstance(found, list):
+        raise ValueError(f"the scenario of {attributes['title']} is not known here: {found[0].message}")
+    return found
 
 
 def differences(before: str, after: str) -> list[str]:

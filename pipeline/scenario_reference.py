@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+from inspect import cleandoc
+
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
@@ -22,7 +24,7 @@ _TABLE = "| key | unit | default | meaning |\n|---|---|---|---|"
 def markdown() -> str:
     """Give the page of all keys, as it stands in ``docs/scenario.md``."""
     tables = [
-        f"\n## {title}\n\n{model.__doc__}\n\n{_TABLE}\n" + "\n".join(_rows(model))
+        f"\n## {title}\n\n{cleandoc(model.__doc__ or '')}\n\n{_TABLE}\n" + "\n".join(_rows(model))
         for loc, model in sections()
         if (title := _title(loc)) is not None
     ]
@@ -78,8 +80,14 @@ def _default(info: FieldInfo) -> str:
     if isinstance(value, BaseModel | dict):
         return "-"
     if isinstance(value, tuple):
-        return ", ".join(describe(item).strip("'") for item in value) or "-"
+        return ", ".join(_item(item) for item in value) or "-"
     return describe(value).strip("'") or "-"
+
+
+def _item(value: object) -> str:
+    if isinstance(value, tuple):
+        return f"[{', '.join(map(_item, value))}]"
+    return describe(value).strip("'")
 
 
 if __name__ == "__main__":

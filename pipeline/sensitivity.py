@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from pipeline.assessment import behind
 from pipeline.place import store_paths
 from pipeline.receptors import reached
-from pipeline.stated import stated
+from pipeline.scenario import stored
 from pipeline.store import open_store
 from pipeline.variables import STATUS, Status
 
@@ -30,7 +30,7 @@ NORMAL, NORMAL_ONE_SIDED = 1.96, 1.645
 SEED = 0
 
 
-def sensitivity(out: Path, density: float, tell: Callable[[str], None]) -> pd.DataFrame:
+def sensitivity(out: Path, tell: Callable[[str], None]) -> pd.DataFrame:
     """Table the indices of every varied parameter of a place's scenarios.
 
     PAWN's index is the distance between the distribution of a quantity and that where the parameter is held
@@ -43,8 +43,6 @@ def sensitivity(out: Path, density: float, tell: Callable[[str], None]) -> pd.Da
     ----------
     out : Path
         The place.
-    density : float
-        Of the moving mass, kg m-3.
     tell : callable
         Told a line for each scenario, or quantity of one, that has no indices, and why.
 
@@ -69,19 +67,19 @@ def sensitivity(out: Path, density: float, tell: Callable[[str], None]) -> pd.Da
     tables = []
     for path in store_paths(out):
         with open_store(path) as store:
-            tables.append(table_of(store, density, tell))
+            tables.append(table_of(store, tell))
     return pd.concat(tables, ignore_index=True)
 
 
-def table_of(store: xr.Dataset, density: float, tell: Callable[[str], None]) -> pd.DataFrame:
+def table_of(store: xr.Dataset, tell: Callable[[str], None]) -> pd.DataFrame:
     """Table the indices of one scenario, as ``sensitivity`` does of all."""
     from SALib.analyze import pawn, sobol
 
-    return pd.DataFrame(_rows(store, density, tell, pawn.analyze, sobol.analyze))
+    return pd.DataFrame(_rows(store, tell, pawn.analyze, sobol.analyze))
 
 
 def _rows(
-    store: xr.Dataset, density: float, tell: Callable[[str], None], pawn: Any, sobol: Any
+    store: xr.Dataset, tell: Callable[[str], None], pawn: Any, sobol: Any
 ) -> Iterator[dict[str, object]]:
     """Rows of one scenario."""
     title = str(store.attrs["title"])
@@ -90,9 +88,9 @@ def _rows(
         tell(f"{title}: no parameter is varied")
         return
     inputs = {name: _numbers(values) for name, values in parameters.items()}
-    settings = stated(store.attrs)
+    settings = stored(store.attrs)
     positional = settings.sample is not None and settings.sample.design == "saltelli"
-    for quantity, values in quantities(store, density):
+    for quantity, values in quantities(store):
         known = np.isfinite(values)
         row = {**behind(store), "quantity": quantity, "runs_used": int(known.sum())}
         if known.sum() < LEAST_RUNS:
@@ -128,12 +126,12 @@ def varied(store: xr.Dataset) -> dict[str, NDArray[Any]]:
     return {name: values for name, values in held.items() if len(np.unique(values)) > 1}
 
 
-def quantities(store: xr.Dataset, density: float) -> Iterator[tuple[str, Array]]:
+def quantities(store: xr.Dataset) -> Iterator[tuple[str, Array]]:
     """Go through what is looked at, with its values, shape (runs,), NaN where not known."""
     computed = np.isin(store[STATUS.name].to_numpy(), (Status.DONE, Status.OVERRUN))
     for name in QUANTITIES:
         yield name, np.where(computed, store[name].to_numpy().astype(np.float64), np.nan)
-    for receptor, rows in reached(store, density).groupby("receptor", sort=False):
+    for receptor, rows in reached(store).groupby("receptor", sort=False):
         for name in ("max_depth", "max_pressure"):
             yield f"{name} at {receptor}", rows[name].to_numpy(np.float64)
 

@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal, get_args
 
 from pydantic import Discriminator, Field, Tag, model_validator
 
+from pipeline.hazard_settings import Georeference, Hazard
 from pipeline.points_settings import Points, Region
 from pipeline.receptor_settings import Receptor
 from pipeline.release_settings import AnyRelease
@@ -148,7 +149,7 @@ Numbers = Annotated[
 ]
 
 
-OF_ALL_RUNS = {"sweep", "sample", "weights", "return_periods", "receptors"}
+OF_ALL_RUNS = {"sweep", "sample", "weights", "return_periods", "receptors", "georeference", "hazard"}
 
 
 class Settings(Section):
@@ -193,6 +194,11 @@ class Settings(Section):
     receptors: tuple[Receptor, ...] = key(
         "places of which depth, speed, pressure and arrival are wanted; no change of the scenario", default=()
     )
+
+    georeference: Georeference | None = key(
+        "where the profile lies on the map; no change of the scenario", default=None
+    )
+    hazard: Hazard = key("what is mapped of the results; no change of the scenario", default=Hazard())
 
     @model_validator(mode="after")
     def _countable(self) -> Settings:

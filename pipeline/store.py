@@ -162,8 +162,8 @@ def attributes(path: Path) -> dict[str, Any]:
         return {}
 
 
-def open_store(path: Path) -> xr.Dataset:
-    """Open a store lazily, values read as they are used.
+def open_store(path: Path, *, dask: bool = False) -> xr.Dataset:
+    """Open a store lazily, values read as they are used, or computed by Dask, chunk by chunk.
 
     Raises
     ------
@@ -172,7 +172,7 @@ def open_store(path: Path) -> xr.Dataset:
     """
     import xarray as xr
 
-    opened: xr.Dataset = xr.open_zarr(path, chunks=None, consolidated=False)
+    opened: xr.Dataset = xr.open_zarr(path, chunks={} if dask else None, consolidated=False)
     return opened
 
 

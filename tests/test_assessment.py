@@ -35,21 +35,21 @@ def test_a_block_that_slides_with_random_friction_exceeds_speeds_as_often_as_the
     file = tmp_path / "layer.yaml"
     file.write_text(LAYER)
     assert run(out, file, solve=simulate).exit_code == 0
-    rows = assess(out, density=2000)["receptor-runs"]
+    rows = assess(out)["receptor-runs"]
     friction = stats.triang(6 / 16, 12, 16)
     for speed in (0.5, 1.0, 2.0, 3.0):
         limit = np.degrees(np.arctan((np.sin(np.pi / 6) - speed / 9.81) / np.cos(np.pi / 6)))
         share = (rows["max_speed"] > speed).mean()
         # draws in layers leave one of them in doubt
         assert share == pytest.approx(friction.cdf(limit), abs=1 / 64)
-        assert (rows["max_pressure"] > 2000 * speed**2).mean() == share
+        assert (rows["max_pressure"] > 2 * speed**2).mean() == share
 
 
 def test_failed_and_overrun_runs_are_counted_in_every_number(scenario_file, out, shared_workers, log):
     receptors = "receptors: [{name: near, point: [2, 0]}, {name: far, line: [[8, -1], [8, 1]]}]\n"
     file = scenario_file(20, FAILS, 22, OVERRUNS, more=receptors)
     assert run(out, file, solve=partial(by_friction, log=log)).exit_code == 1
-    tables = assess(out, density=2000)
+    tables = assess(out)
     runout = tables["scenarios"].set_index("quantity").loc["deposit_length"]
     assert (runout["runs_planned"], runout["runs_done"], runout["runs_failed"]) == (4, 3, 1)
     assert runout["q50"] == runout["q50_lower"] == 2.0

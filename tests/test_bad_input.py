@@ -45,8 +45,26 @@ def messages(tmp_path, *texts):
         pytest.param(
             TIME,
             "time: {end: 1}\nspeed: 3",
-            "9:1: speed: expected one of the keys name, description, gravity, terrain, domain, points, release, material, boundaries, scheme, time, output, sweep, sample, weights, return_periods, receptors, found 'speed'",
+            "9:1: speed: expected one of the keys name, description, gravity, terrain, domain, points, release, material, boundaries, scheme, time, output, sweep, sample, weights, return_periods, receptors, georeference, hazard, found 'speed'",
             id="unknown section",
+        ),
+        pytest.param(
+            TIME,
+            "time: {end: 1}\ngeoreference: {crs: Swiss, origin: [1, 2], azimuth: 90}",
+            "9:21: georeference.crs: expected a code as EPSG:2056, found 'Swiss'",
+            id="a reference system without a code",
+        ),
+        pytest.param(
+            TIME,
+            "time: {end: 1}\nhazard: {intensity: {depth: [1, 0.5]}}",
+            "9:29: hazard.intensity.depth: expected ascending numbers, found 1, 0.5",
+            id="edges that do not ascend",
+        ),
+        pytest.param(
+            TIME,
+            "time: {end: 1}\nhazard: {intensity: {classes: [[1, 2]]}}",
+            "9:31: hazard.intensity.classes: expected 2 rows of 2 values, found 1 rows of [2]",
+            id="a matrix of another shape",
         ),
         pytest.param(
             TIME,

@@ -30,9 +30,7 @@ def test_indices_of_a_sum_are_its_shares_of_variance():
     rows = saltelli(np.random.default_rng(1).random((256, 4)))
     given = {"bed_friction": 20 + rows[:, 0], "volume": 1 + rows[:, 1]}
     told = []
-    found = table_of(
-        store(given, more=SALTELLI, runout_distance=3 * rows[:, 0] + rows[:, 1]), 2000, told.append
-    )
+    found = table_of(store(given, more=SALTELLI, runout_distance=3 * rows[:, 0] + rows[:, 1]), told.append)
     table = indices(found)
     for method in ("sobol first", "sobol total"):
         assert table.loc[("bed_friction", method), "index"] == pytest.approx(0.9, abs=0.08)
@@ -50,7 +48,7 @@ def test_sobol_s_indices_are_refused_where_a_run_is_missing():
     status = np.full(len(rows), Status.DONE)
     status[[3, 700]] = Status.FAILED
     told = []
-    found = table_of(store(given, status, SALTELLI, runout_distance=rows[:, 0]), 2000, told.append)
+    found = table_of(store(given, status, SALTELLI, runout_distance=rows[:, 0]), told.append)
     assert set(found["method"]) == {"pawn"}
     assert (found["runs_used"] == 1022).all()
     assert told[0] == (
@@ -64,7 +62,6 @@ def test_a_parameter_that_does_nothing_is_within_the_noise_and_one_of_a_list_is_
     friction, volume = rng.random(200), rng.integers(1, 4, 200).astype(float)
     found = table_of(
         store({"bed_friction": friction, "volume": volume}, runout_distance=volume + 0.1 * rng.random(200)),
-        2000,
         lambda _: None,
     )
     table = indices(found).droplevel("method")
@@ -77,5 +74,5 @@ def test_a_parameter_that_does_nothing_is_within_the_noise_and_one_of_a_list_is_
 def test_few_runs_have_no_indices():
     told = []
     given = {"bed_friction": np.arange(10.0)}
-    assert table_of(store(given, runout_distance=np.arange(10.0)), 2000, told.append).empty
+    assert table_of(store(given, runout_distance=np.arange(10.0)), told.append).empty
     assert told[0] == "synthetic: runout_distance: no indices from 10 runs, at least 40 are needed"

@@ -10,11 +10,6 @@ import typer
 
 from pipeline.options import BAD_INPUT, TROUBLE, Out, end, ending
 
-commands = typer.Typer()
-
-Density = Annotated[float, typer.Option(min=0, help="Density of the moving mass, kg m-3.")]
-DENSITY = 2000.0
-
 
 class Kind(StrEnum):
     """How a table is written."""
@@ -24,20 +19,18 @@ class Kind(StrEnum):
     MARKDOWN = "md"
 
 
-@commands.command()
 def tables(
     out: Out,
     to: Annotated[Path | None, typer.Option(help="Folder to write to.", show_default="OUT/tables")] = None,
     kind: Annotated[
         list[Kind] | None, typer.Option(help="May be repeated.", show_default="csv and md")
     ] = None,
-    density: Density = DENSITY,
 ) -> None:
     """Table runs, scenarios and receptors, with the runs behind each number and its bounds."""
     from pipeline.assessment import assess, write
 
     with ending({FileNotFoundError: BAD_INPUT, ValueError: BAD_INPUT}):
-        made = assess(out, density)
+        made = assess(out)
     try:
         with ending({OSError: TROUBLE}):
             paths = write(made, to or out / "tables", kind or [Kind.CSV, Kind.MARKDOWN])
@@ -47,14 +40,12 @@ def tables(
         typer.echo(str(path))
 
 
-@commands.command()
 def sensitivity(
     out: Out,
     to: Annotated[
         Path | None,
         typer.Option(help="Table to write: .csv, .parquet or .md.", show_default="OUT/sensitivity.csv"),
     ] = None,
-    density: Density = DENSITY,
 ) -> None:
     """Table which varied parameter drives run-out, deposit and what reaches receptors."""
     from pipeline import table
@@ -63,7 +54,7 @@ def sensitivity(
     path = to or out / "sensitivity.csv"
     try:
         with ending({FileNotFoundError: BAD_INPUT, ValueError: BAD_INPUT, OSError: TROUBLE}):
-            found = indices(out, density, lambda line: typer.echo(line, err=True))
+            found = indices(out, lambda line: typer.echo(line, err=True))
             if len(found):
                 table.write(found, path)
     except ImportError as error:
@@ -75,7 +66,6 @@ def sensitivity(
     typer.echo(str(path))
 
 
-@commands.command()
 def calibrate(
     store: Annotated[Path, typer.Argument(metavar="STORE", help="Store of a scenario, <out>/<name>.zarr.")],
     observed: Annotated[
@@ -96,12 +86,12 @@ def calibrate(
     from pipeline import table
     from pipeline.assessment import write
     from pipeline.calibration import ObservationError, posterior, read, score
-    from pipeline.stated import stated
+    from pipeline.scenario import stored
     from pipeline.store import open_store
 
     codes = {FileNotFoundError: BAD_INPUT, ObservationError: BAD_INPUT, OSError: TROUBLE}
     with ending(codes), open_store(store) as opened:
-        least = threshold if threshold is not None else stated(opened.attrs).output.threshold
+        least = threshold if threshold is not None else stored(opened.attrs).output.threshold
         if least is None:
             end("--threshold: expected a depth, as the scenario gives no output.threshold")
         scores = score(opened, read(observed, opened, least), least)

@@ -1,0 +1,59 @@
+"""Commands that make maps of what a place holds; heavy imports stand inside them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from pipeline.options import BAD_INPUT, TROUBLE, Out, end, ending, read_numbers
+
+Thresholds = Annotated[
+    str | None,
+    typer.Option(metavar="NUMBERS", help="Thresholds as 0.5,1,2.", show_default="those of the scenario"),
+]
+
+
+def hazard(
+    out: Out,
+    to: Annotated[Path | None, typer.Option(help="Folder to write to.", show_default="OUT/hazard")] = None,
+    depth: Thresholds = None,
+    speed: Thresholds = None,
+    momentum_flux: Thresholds = None,
+    pressure: Thresholds = None,
+    spacing: Annotated[
+        float | None, typer.Option(help="Of the lattice for clouds, m.", show_default="their mean spacing")
+    ] = None,
+    maps: Annotated[bool, typer.Option("--maps/--no-maps", help="Draw maps beside the NetCDF file.")] = True,
+) -> None:
+    """Map the hazard of each scenario and of all together.
+
+    Shares of runs that exceed thresholds (depth in m, speed in m/s, momentum flux in m3/s2, pressure in kPa)
+    with their bounds, quantiles, arrival, intensity and level of hazard, as NetCDF and PNG; with a
+    georeference also as GeoTIFF, NetCDF and GeoPackage in its reference system.
+    """
+    from pipeline.ensemble import NotTogetherError
+    from pipeline.hazard import WHOLE, of_place, write
+    from pipeline.map_files import write_maps
+
+    given = {"depth": depth, "speed": speed, "momentum_flux": momentum_flux, "pressure": pressure}
+    read = {name: read_numbers(f"--{name.replace('_', '-')}", text) for name, text in given.items()}
+    thresholds = {name: values for name, values in read.items() if values is not None}
+    if spacing is not None and not spacing > 0:
+        end(f"--spacing: expected a number above 0, found {spacing:g}")
+    top = to or out / "hazard"
+    with ending({FileNotFoundError: BAD_INPUT, ValueError: BAD_INPUT, OSError: TROUBLE}):
+        try:
+            for name, found in of_place(out, thresholds, spacing):
+                typer.echo(f"{name}: {found.attrs['comment']}")
+                folder = top if name == WHOLE else top / name
+                typer.echo(str(write(found, folder)))
+                for path in write_maps(found, folder, _tell) if maps else ():
+                    typer.echo(str(path))
+        except NotTogetherError as error:
+            typer.echo(f"no map over all scenarios: {error}", err=True)
+
+
+def _tell(line: str) -> None:
+    typer.echo(line, err=True)
