@@ -19,6 +19,7 @@ from pipeline import layout, provenance, store, table
 from pipeline.batch import Ending, Todo, execute, execute_here, pending, threads
 from pipeline.checkpoints import EVERY_SECONDS, Checkpoints
 from pipeline.compilation import compile_once
+from pipeline.elsewhere import is_made, is_url
 from pipeline.failures import listed
 from pipeline.interrupts import heard
 from pipeline.limits import UNLIMITED, Limits
@@ -101,7 +102,7 @@ def complete(
     sweep : bool
         Whether to remove what killed writers left: nobody else may be writing.
     log : Path, optional
-        File that gets a line a run, by default one of the place.
+        File that gets a line a run, by default one of the place, at a URL none: nothing is appended to there.
     solve : callable
         The solver.
 
@@ -115,7 +116,8 @@ def complete(
     OSError
         If a store cannot be made or read.
     """
-    out = out.absolute()
+    out = out if is_url(out) else out.absolute()
+    log = log or (None if is_url(out) else log_path(out))
     replaced = _changed(scenarios, out)
     if replaced and not overwrite:
         raise ChangedError("\n".join(line for lines in replaced.values() for line in lines))
@@ -129,7 +131,7 @@ def complete(
             path = store_path(out, scenario.name)
             folder = checkpoint_path(out, scenario.name)
             checkpoints = Checkpoints(folder, provenance.identity(scenario.digest), checkpoint_every)
-            if scenario.name in replaced or not path.exists():
+            if scenario.name in replaced or not is_made(path):
                 checkpoints.clear()
                 layout.create(path, template(scenario, runs, shared), replace=scenario.name in replaced)
             carried: SharedPoints | Path = shared
@@ -137,7 +139,7 @@ def complete(
                 carried = stack.enter_context(kept(shared, out / f".{scenario.name}.points.partial"))
             wanted = pending(path, retry_failed)
             left.append(Todo(scenario, path, runs, carried, wanted, limits, checkpoints, part))
-        ending = _execute(left, kinds, console, count, engine, part, log or log_path(out), solve)
+        ending = _execute(left, kinds, console, count, engine, part, log, solve)
     whole = table.read(out)
     try:
         table.write(whole, summary_path(out))
@@ -158,7 +160,7 @@ def _shared(
     made = []
     for scenario in scenarios:
         path, runs = store_path(out, scenario.name), expand(scenario)
-        if scenario.name in replaced or not path.exists() or pending(path, retry_failed).any():
+        if scenario.name in replaced or not is_made(path) or pending(path, retry_failed).any():
             # all runs have one scheme, unless it is swept
             swept = any(key.startswith("scheme.") for key in scenario.settings.sweep)
             shared = share(scenario, runs if swept else runs[:1])
@@ -173,7 +175,7 @@ def _changed(scenarios: Sequence[Scenario], out: Path) -> dict[str, list[str]]:
     found: dict[str, list[str]] = {}
     for scenario in scenarios:
         path = store_path(out, scenario.name)
-        if not path.exists():
+        if not is_made(path):
             continue
         before = store.attributes(path)
         if "scenario_content" not in before:
@@ -189,7 +191,7 @@ def _changed(scenarios: Sequence[Scenario], out: Path) -> dict[str, list[str]]:
 
 
 @contextmanager
-def _reported(console: Console, total: int, log: Path, left: Sequence[Todo]) -> Iterator[Progress]:
+def _reported(console: Console, total: int, log: Path | None, left: Sequence[Todo]) -> Iterator[Progress]:
     """Show progress while a batch lasts, and list the runs that failed once it is over."""
     with shown(console, total, log) as progress:
         yield progress
@@ -204,7 +206,7 @@ def _execute(
     count: int | None,
     engine: Engine | None,
     part: Part,
-    log: Path,
+    log: Path | None,
     solve: Solve,
 ) -> Ending:
     total = sum(each.runs_left for each in left)

@@ -6,6 +6,7 @@ import errno
 import shutil
 import tempfile
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,7 @@ import numpy as np
 import zarr
 from numpy.typing import NDArray
 
+from pipeline import elsewhere
 from pipeline.store import digest
 from pipeline.variables import DIGEST, STATUS, Variable
 
@@ -93,9 +95,11 @@ def group_size(runs: int, seconds_per_run: float, bytes_per_run: int) -> int:
 def create(path: Path, template: Template, *, replace: bool = True) -> None:
     """Make the store of a template, replacing one that is there; it appears whole or not at all.
 
+    At a URL it is no store until its root is there, which is written last.
     With ``replace=False`` one that another process has made meanwhile stays.
     """
-    aside = Path(tempfile.mkdtemp(prefix=f".{path.name}.", suffix=".partial", dir=path.parent))
+    where = None if elsewhere.is_url(path) else path.parent
+    aside = Path(tempfile.mkdtemp(prefix=f".{path.name}.", suffix=".partial", dir=where))
     aside.chmod(0o755)
     auxiliary = " ".join(v.name for v, _ in template.coordinates if v.dims != (v.name,))
     known = {
@@ -115,7 +119,12 @@ def create(path: Path, template: Template, *, replace: bool = True) -> None:
         _create_array(
             root, variable, template.shape(variable), template.chunk(variable), template.shard(variable)
         )
-    if not replace:
+    if elsewhere.is_url(path):
+        if replace:
+            elsewhere.remove(path)
+        with suppress(FileExistsError):
+            elsewhere.upload(aside, path)
+    elif not replace:
         try:
             # a folder takes no other's place that has something in it
             aside.rename(path)

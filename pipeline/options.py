@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
 import typer
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
 
 Codes = Mapping[type[Exception], int]
 BAD_INPUT = 2
+TROUBLE = 3
 
 
 def end(message: str) -> NoReturn:
@@ -25,11 +27,24 @@ def end(message: str) -> NoReturn:
 @contextmanager
 def ending(codes: Codes) -> Iterator[None]:
     """End with an error's words and the first exit code whose kind it is of."""
+    from pipeline.elsewhere import unreachable
+
+    known = {**codes, **dict.fromkeys(unreachable(), TROUBLE)}
     try:
         yield
-    except tuple(codes) as error:
+    except tuple(known) as error:
         typer.echo(str(error), err=True)
-        raise typer.Exit(next(code for kind, code in codes.items() if isinstance(error, kind))) from None
+        raise typer.Exit(next(code for kind, code in known.items() if isinstance(error, kind))) from None
+
+
+def read_place(text: str | Path) -> Path:
+    """Give the path of a folder or of a URL, or end."""
+    from pipeline.elsewhere import located
+
+    try:
+        return located(str(text))
+    except (ImportError, ValueError) as error:
+        end(f"{text}: {error}; S3 needs s3fs: pip install 'lmls[s3]'")
 
 
 def read_engine(

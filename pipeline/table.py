@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import os
+from io import BytesIO
 from pathlib import Path
 
 import pandas as pd
 
+from pipeline import elsewhere
 from pipeline.place import store_paths
 from pipeline.store import open_store
 from pipeline.variables import PER_RUN, STATUS, Status
@@ -63,9 +64,9 @@ def write(table: pd.DataFrame, path: Path) -> None:
     ImportError
         If Parquet is asked for without pyarrow.
     """
-    aside = path.with_name(f".{path.name}.{os.getpid()}.partial")
+    held = BytesIO()
     if path.suffix == ".parquet":
-        table.to_parquet(aside, index=False)
+        table.to_parquet(held, index=False)
     else:
-        table.to_csv(aside, index=False)
-    aside.replace(path)
+        table.to_csv(held, index=False)
+    elsewhere.put(path, held.getvalue())
