@@ -22,7 +22,7 @@ from pipeline.variables import DIGEST, STATUS, Variable
 LARGEST_CHUNK = 20_000_000
 FRAMES_PER_CHUNK = 8
 # by an estimate that is some four times too long for a flow that covers a part of the lattice
-TASK_SECONDS = 10.0
+TASK_SECONDS = 20.0
 LONG_RUN_SECONDS = 1.0
 LEAST_TASKS = 16
 
