@@ -19,6 +19,7 @@ from pipeline import layout, provenance, store, table
 from pipeline.batch import Ending, Todo, execute, execute_here, pending, threads
 from pipeline.checkpoints import EVERY_SECONDS, Checkpoints
 from pipeline.compilation import compile_once
+from pipeline.elsewhere import is_made, is_url
 from pipeline.failures import listed
 from pipeline.found_domain import settled
 from pipeline.interrupts import heard
@@ -103,7 +104,7 @@ def complete(
     sweep : bool
         Whether to remove what killed writers left: nobody else may be writing.
     log : Path, optional
-        File that gets a line a run, by default one of the place.
+        File that gets a line a run, by default one of the place, at a URL none: nothing is appended to there.
     solve : callable
         The solver.
 
@@ -117,7 +118,8 @@ def complete(
     OSError
         If a store cannot be made or read.
     """
-    out = out.absolute()
+    out = out if is_url(out) else out.absolute()
+    log = log or (None if is_url(out) else log_path(out))
     replaced = _changed(scenarios, out)
     if replaced and not overwrite:
         raise ChangedError("\n".join(line for lines in replaced.values() for line in lines))
@@ -126,7 +128,7 @@ def complete(
     if part == WHOLE:
         for scenario in scenarios:
             path = store_path(out, scenario.name)
-            if path.exists() and scenario.name not in replaced:
+            if is_made(path) and scenario.name not in replaced:
                 layout.restate(path, said(scenario), shares(scenario))
     left: list[Todo] = []
     kinds: set[Kind] = set()
@@ -136,7 +138,7 @@ def complete(
             path = store_path(out, scenario.name)
             folder = checkpoint_path(out, scenario.name)
             checkpoints = Checkpoints(folder, provenance.identity(scenario.digest), checkpoint_every)
-            if scenario.name in replaced or not path.exists():
+            if scenario.name in replaced or not is_made(path):
                 checkpoints.clear()
                 layout.create(path, template(scenario, runs, shared), replace=scenario.name in replaced)
             carried: SharedPoints | Path = shared
@@ -145,7 +147,7 @@ def complete(
             wanted = pending(path, retry_failed)
             left.append(Todo(scenario, path, runs, carried, wanted, limits, checkpoints, part))
         left = _sharing(left, scenarios, out)
-        ending = _execute(left, kinds, console, count, engine, part, log or log_path(out), solve)
+        ending = _execute(left, kinds, console, count, engine, part, log, solve)
     whole = table.read(out)
     try:
         table.write(whole, summary_path(out))
@@ -178,7 +180,7 @@ def _shared(
     made = []
     for scenario in scenarios:
         path = store_path(out, scenario.name)
-        if scenario.name in replaced or not path.exists() or pending(path, retry_failed).any():
+        if scenario.name in replaced or not is_made(path) or pending(path, retry_failed).any():
             known = {} if scenario.name in replaced else store.attributes(path)
             scenario = settled(scenario, known, partial(console.print, highlight=False))
             runs = expand(scenario)
@@ -196,7 +198,7 @@ def _changed(scenarios: Sequence[Scenario], out: Path) -> dict[str, list[str]]:
     found: dict[str, list[str]] = {}
     for scenario in scenarios:
         path = store_path(out, scenario.name)
-        if not path.exists():
+        if not is_made(path):
             continue
         before = store.attributes(path)
         if "scenario_content" not in before:
@@ -212,7 +214,7 @@ def _changed(scenarios: Sequence[Scenario], out: Path) -> dict[str, list[str]]:
 
 
 @contextmanager
-def _reported(console: Console, total: int, log: Path, left: Sequence[Todo]) -> Iterator[Progress]:
+def _reported(console: Console, total: int, log: Path | None, left: Sequence[Todo]) -> Iterator[Progress]:
     """Show progress while a batch lasts, and list the runs that failed once it is over."""
     with shown(console, total, log) as progress:
         yield progress
@@ -227,7 +229,7 @@ def _execute(
     count: int | None,
     engine: Engine | None,
     part: Part,
-    log: Path,
+    log: Path | None,
     solve: Solve,
 ) -> Ending:
     total = sum(each.runs_left for each in left)

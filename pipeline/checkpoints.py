@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-import shutil
 import zipfile
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pipeline import elsewhere
 from solver.checkpoint import Snapshot
 
 EVERY_SECONDS = 60.0
@@ -36,7 +37,7 @@ class Checkpoints:
 
     def clear(self) -> None:
         """Remove all checkpoints."""
-        shutil.rmtree(self.folder, ignore_errors=True)
+        elsewhere.remove(self.folder)
 
 
 @dataclass
@@ -92,17 +93,17 @@ class Checkpoint:
             return
         for file in (self._state, *self.folder.glob(f"{self.run}-frames-*.npz")):
             file.unlink(missing_ok=True)
-        with suppress(OSError):
-            self.folder.rmdir()
+        if not elsewhere.is_url(self.folder):
+            with suppress(OSError):
+                self.folder.rmdir()
 
     def _write(self, path: Path, arrays: Mapping[str, Any]) -> None:
         """Write a file that appears whole or not at all."""
-        aside = path.with_name(f"{path.name}.partial")
-        with aside.open("wb") as file:
-            np.savez(file, **arrays)
-        aside.replace(path)
+        held = BytesIO()
+        np.savez(held, **arrays)
+        elsewhere.put(path, held.getvalue())
 
 
 def _read(path: Path) -> dict[str, NDArray[Any]]:
-    with path.open("rb") as opened, np.load(opened) as file:
+    with elsewhere.reached(), np.load(BytesIO(path.read_bytes())) as file:
         return {name: file[name] for name in file.files}

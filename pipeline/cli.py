@@ -18,6 +18,7 @@ from pipeline.options import (
     read_bytes,
     read_engine,
     read_part,
+    read_place,
 )
 
 if TYPE_CHECKING:
@@ -43,7 +44,12 @@ Files = Annotated[list[Path], typer.Argument(metavar="FILES...", help="Scenario 
 @app.command()
 def run(
     files: Files,
-    out: Annotated[Path, typer.Option(help="Place the results go to.")] = Path("results"),
+    out: Annotated[
+        Path,
+        typer.Option(
+            metavar="PLACE", parser=read_place, help="Folder or URL, as s3://bucket/path, for results."
+        ),
+    ] = Path("results"),
     workers: Annotated[
         int | None, typer.Option(min=1, help="Worker processes.", show_default="all cores")
     ] = None,
@@ -67,7 +73,8 @@ def run(
         str | None, typer.Option(metavar="I/N", help="Do one of N parts of the runs, in this process.")
     ] = None,
     log: Annotated[
-        Path | None, typer.Option(help="File that gets a line a run.", show_default="OUT/runs.log")
+        Path | None,
+        typer.Option(help="File that gets a line a run.", show_default="OUT/runs.log; of a URL, none"),
     ] = None,
 ) -> None:
     """Do what is left of the scenarios' runs.
@@ -197,17 +204,22 @@ def summary(
 
 @app.command()
 def plot(
-    store: Annotated[Path, typer.Argument(metavar="STORE", help="Store of a scenario, <out>/<name>.zarr.")],
+    store: Annotated[
+        Path,
+        typer.Argument(metavar="STORE", parser=read_place, help="Store of a scenario, <out>/<name>.zarr."),
+    ],
     run: Annotated[int, typer.Option(min=0, help="Position of the run in the store.")] = 0,
     to: Annotated[
-        Path | None, typer.Option(help="Picture to write.", show_default="STORE with .png for .zarr")
+        Path | None,
+        typer.Option(help="Picture to write.", show_default="STORE with .png for .zarr; of a URL, here"),
     ] = None,
 ) -> None:
     """Draw the depth of a run at its output times."""
+    from pipeline.elsewhere import is_url
     from pipeline.figures import depth_panels
     from pipeline.store import open_store
 
-    path = to or store.with_suffix(".png")
+    path = to or (Path(f"{store.stem}.png") if is_url(store) else store.with_suffix(".png"))
     codes: Codes = {FileNotFoundError: BAD_INPUT, ValueError: BAD_INPUT, OSError: TROUBLE}
     with ending(codes), open_store(store) as opened:
         depth_panels(opened, run, path)
@@ -217,13 +229,16 @@ def plot(
 @app.command()
 def figures(
     out: Out,
-    to: Annotated[Path | None, typer.Option(help="Folder to write to.", show_default="OUT/figures")] = None,
+    to: Annotated[
+        Path | None, typer.Option(help="Folder to write to.", show_default="OUT/figures; of a URL, figures")
+    ] = None,
 ) -> None:
     """Draw and table the runs of a place side by side, as the paper's figures 3 to 7 do."""
     from pipeline.comparison import draw
+    from pipeline.elsewhere import is_url
 
     with ending({FileNotFoundError: BAD_INPUT, OSError: TROUBLE}):
-        for path in draw(out, to or out / "figures"):
+        for path in draw(out, to or (Path("figures") if is_url(out) else out / "figures")):
             typer.echo(str(path))
 
 

@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 
 from pipeline.figures import depth_panels, title_of
 from pipeline.frames import follow, mean_spacing
+from pipeline.place import store_paths
 from pipeline.store import open_store
 from pipeline.table import markdown
 from pipeline.variables import Status
@@ -45,7 +46,7 @@ def draw(out: Path, to: Path) -> list[Path]:
     OSError
         If something cannot be written.
     """
-    stores = {path.stem: open_store(path) for path in sorted(out.glob("*.zarr"))}
+    stores = {path.stem: open_store(path) for path in store_paths(out)}
     stores = {name: s for name, s in stores.items() if {"depth", "velocity_x", "velocity_y"} <= set(s)}
     if not stores:
         raise FileNotFoundError(f"{out} holds no store with frames of depth and velocity")

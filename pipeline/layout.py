@@ -6,6 +6,7 @@ import errno
 import shutil
 import tempfile
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,13 +15,14 @@ import numpy as np
 import zarr
 from numpy.typing import NDArray
 
+from pipeline import elsewhere
 from pipeline.store import digest, dims
 from pipeline.variables import DIGEST, RETURN_PERIOD, STATUS, WEIGHT, Variable
 
 LARGEST_CHUNK = 20_000_000
 FRAMES_PER_CHUNK = 8
 # by an estimate that is some four times too long for a flow that covers a part of the lattice
-TASK_SECONDS = 10.0
+TASK_SECONDS = 20.0
 LONG_RUN_SECONDS = 1.0
 LEAST_TASKS = 16
 RESTATED = (WEIGHT.name, RETURN_PERIOD.name)
@@ -94,9 +96,11 @@ def group_size(runs: int, seconds_per_run: float, bytes_per_run: int) -> int:
 def create(path: Path, template: Template, *, replace: bool = True) -> None:
     """Make the store of a template, replacing one that is there; it appears whole or not at all.
 
+    At a URL it is no store until its root is there, which is written last.
     With ``replace=False`` one that another process has made meanwhile stays.
     """
-    aside = Path(tempfile.mkdtemp(prefix=f".{path.name}.", suffix=".partial", dir=path.parent))
+    where = None if elsewhere.is_url(path) else path.parent
+    aside = Path(tempfile.mkdtemp(prefix=f".{path.name}.", suffix=".partial", dir=where))
     aside.chmod(0o755)
     auxiliary = " ".join(v.name for v, _ in template.coordinates if v.dims != (v.name,))
     known = {
@@ -116,7 +120,12 @@ def create(path: Path, template: Template, *, replace: bool = True) -> None:
         _create_array(
             root, variable, template.shape(variable), template.chunk(variable), template.shard(variable)
         )
-    if not replace:
+    if elsewhere.is_url(path):
+        if replace:
+            elsewhere.remove(path)
+        with suppress(FileExistsError):
+            elsewhere.upload(aside, path)
+    elif not replace:
         try:
             # a folder takes no other's place that has something in it
             aside.rename(path)
@@ -145,7 +154,7 @@ def restate(path: Path, said: Mapping[str, str], shares: Sequence[tuple[Variable
     shares : sequence of (Variable, array)
         Weights and return periods, shape (runs,).
     """
-    root = zarr.open_group(path, mode="r+", use_consolidated=False)
+    root = zarr.open_group(elsewhere.store_of(path), mode="r+", use_consolidated=False)
     before = dict(root.attrs)
     if all(before.get(name) == value for name, value in said.items()):
         return

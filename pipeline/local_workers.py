@@ -33,6 +33,13 @@ SETTINGS = {
     "distributed.worker.memory.pause": False,
     "distributed.worker.preload": ["pipeline.worker"],
     "distributed.nanny.pre-spawn-environ.NUMBA_NUM_THREADS": 1,
+    # looking at itself ten to a hundred times a second takes a tenth of the time of short runs
+    "distributed.worker.profile.enabled": False,
+    "distributed.worker.memory.monitor-interval": "500ms",
+    "distributed.admin.tick.interval": "1s",
+    "distributed.admin.system-monitor.interval": "5s",
+    # a worker has no task beside the one it runs
+    "distributed.scheduler.work-stealing": False,
 }
 
 

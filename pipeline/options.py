@@ -16,7 +16,6 @@ if TYPE_CHECKING:
 Codes = Mapping[type[Exception], int]
 BAD_INPUT = 2
 TROUBLE = 3
-Out = Annotated[Path, typer.Argument(metavar="OUT", help="The place results were written to.")]
 
 
 def end(message: str) -> NoReturn:
@@ -28,11 +27,29 @@ def end(message: str) -> NoReturn:
 @contextmanager
 def ending(codes: Codes) -> Iterator[None]:
     """End with an error's words and the first exit code whose kind it is of."""
+    from pipeline.elsewhere import unreachable
+
+    known = {**codes, **dict.fromkeys(unreachable(), TROUBLE)}
     try:
         yield
-    except tuple(codes) as error:
+    except tuple(known) as error:
         typer.echo(str(error), err=True)
-        raise typer.Exit(next(code for kind, code in codes.items() if isinstance(error, kind))) from None
+        raise typer.Exit(next(code for kind, code in known.items() if isinstance(error, kind))) from None
+
+
+def read_place(text: str | Path) -> Path:
+    """Give the path of a folder or of a URL, or end."""
+    from pipeline.elsewhere import located
+
+    try:
+        return located(str(text))
+    except (ImportError, ValueError) as error:
+        end(f"{text}: {error}; S3 needs s3fs: pip install 'lmls[s3]'")
+
+
+Out = Annotated[
+    Path, typer.Argument(metavar="OUT", parser=read_place, help="The place results were written to.")
+]
 
 
 def read_engine(

@@ -12,6 +12,8 @@ from pathlib import Path
 from time import monotonic, sleep
 from typing import IO
 
+from pipeline import elsewhere, lock_objects
+
 # A look at the lock holds it for a moment; a driver waits that long before it believes the place in use.
 LOOK_SECONDS = 0.5
 
@@ -55,7 +57,8 @@ def store_paths(out: Path) -> list[Path]:
     FileNotFoundError
         If there is none.
     """
-    paths = sorted(path for path in out.glob("*.zarr") if not path.name.startswith("."))
+    found = (path for path in out.glob("*.zarr") if not path.name.startswith("."))
+    paths = sorted(filter(elsewhere.is_made, found), key=str)
     if not paths:
         raise FileNotFoundError(f"no results in {out}")
     return paths
@@ -80,8 +83,9 @@ def summary_path(out: Path) -> Path:
 def held(out: Path) -> Iterator[None]:
     """Hold a place, made where it is missing, as its only driver.
 
-    The system lets go of the lock when the process ends, however it ends. The file stays: removing it would
-    let two processes hold locks on two files of one name.
+    In a folder the system lets go of the lock when the process ends, however it ends. The file stays:
+    removing it would let two processes hold locks on two files of one name. At a URL the lock is an object
+    that is renewed.
 
     Raises
     ------
@@ -90,13 +94,17 @@ def held(out: Path) -> Iterator[None]:
     OSError
         If the place cannot be made or written.
     """
+    if elsewhere.is_url(out):
+        with _objects(out, lock_objects.WHOLE):
+            yield
+        return
     with _opened(out, LOCK) as lock:
         for _ in _tries():
             if _locked(lock, fcntl.LOCK_EX):
                 break
         else:
             raise PlaceInUseError(f"{out} is in use by {_holder(lock)}")
-        _sign(lock, f"process {os.getpid()} on {socket.gethostname()}")
+        _sign(lock, _me())
         try:
             yield
         finally:
@@ -119,7 +127,7 @@ def held_in_part(out: Path, part: Part, scenarios: str) -> Iterator[bool]:
     Yields
     ------
     bool
-        Whether nobody else was there.
+        Whether nobody else was there; at a URL not looked at.
 
     Raises
     ------
@@ -129,6 +137,10 @@ def held_in_part(out: Path, part: Part, scenarios: str) -> Iterator[bool]:
         If the place cannot be made or written.
     """
     role = f"parts of {part.count}, of scenarios {scenarios[:12]}"
+    if elsewhere.is_url(out):
+        with _objects(out, f"part-{part.index}-of-{part.count}-{scenarios[:12]}"):
+            yield False
+        return
     with _opened(out, LOCK) as lock, _opened(out, f"{LOCK}-part-{part.index}") as own:
         alone = False
         for _ in _tries():
@@ -144,18 +156,36 @@ def held_in_part(out: Path, part: Part, scenarios: str) -> Iterator[bool]:
             raise PlaceInUseError(f"{out} is in use by {_holder(lock)}")
         if not _locked(own, fcntl.LOCK_EX):
             raise PlaceInUseError(f"{out}: part {part} is in use by {_holder(own)}")
-        _sign(own, f"process {os.getpid()} on {socket.gethostname()}")
+        _sign(own, _me())
         yield alone
 
 
 def holder(out: Path) -> str | None:
-    """Say which process holds a place; None where none does. Writes nothing."""
+    """Say which process holds a place; None where none does. Writes nothing.
+
+    At a URL it is the process that said so last; one that was killed is named until another comes.
+    """
+    if elsewhere.is_url(out):
+        return lock_objects.holder(out / LOCK)
     try:
         lock = (out / LOCK).open()
     except FileNotFoundError:
         return None
     with lock:
         return None if _locked(lock, fcntl.LOCK_EX) else _holder(lock)
+
+
+@contextmanager
+def _objects(out: Path, role: str) -> Iterator[None]:
+    try:
+        with lock_objects.held(out / LOCK, role, _me()):
+            yield
+    except lock_objects.TakenError as error:
+        raise PlaceInUseError(f"{out} is in use by {error}") from None
+
+
+def _me() -> str:
+    return f"process {os.getpid()} on {socket.gethostname()}"
 
 
 @contextmanager

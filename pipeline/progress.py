@@ -83,13 +83,14 @@ class Progress:
 
 
 @contextmanager
-def shown(console: Console, total: int, log: Path) -> Iterator[Progress]:
+def shown(console: Console, total: int, log: Path | None) -> Iterator[Progress]:
     """Show the progress of a batch of ``total`` runs while it lasts, and add a line a run to a log."""
     with ExitStack() as stack:
         try:
-            opened: IO[str] | None = stack.enter_context(log.open("a", encoding="utf-8"))
+            opened: IO[str] | None = None
+            if log is not None:
+                opened = stack.enter_context(log.open("a", encoding="utf-8"))
         except OSError as error:
-            opened = None
             console.print(f"no log is kept: {error}", markup=False, highlight=False)
         progress = Progress(console, total, opened)
         stack.enter_context(progress._bar)

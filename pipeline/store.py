@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from zarr.api.asynchronous import open_group
 from zarr.core.sync import sync
 
+from pipeline.elsewhere import is_url, store_of
 from pipeline.variables import DIGEST, STATUS, TIMINGS, Status, Variable
 
 if TYPE_CHECKING:
@@ -85,7 +86,7 @@ async def _write(
 
 async def _arrays(path: Path, names: tuple[str, ...]) -> dict[str, zarr.AsyncArray[Any]]:
     """Give arrays of a store, opened once as long as the store is the same."""
-    root = await open_group(path, mode="r+", use_consolidated=False)
+    root = await open_group(store_of(path), mode="r+", use_consolidated=False)
     key = str(path), json.dumps(root.attrs, sort_keys=True), names
     if key not in _opened:
         found = await asyncio.gather(*(root.getitem(name) for name in names))
@@ -136,20 +137,25 @@ def dims(array: Any) -> tuple[str, ...]:
     return tuple(array.metadata.dimension_names or ())
 
 
+def read(path: Path) -> zarr.Group:
+    """Open a store to read it."""
+    return zarr.open_group(store_of(path), mode="r", use_consolidated=False)
+
+
 def statuses(path: Path, runs: slice = slice(None)) -> NDArray[np.int8]:
     """Give the status of every run, or of some, shape (runs,): all that resuming reads."""
-    root = zarr.open_group(path, mode="r", use_consolidated=False)
+    root = read(path)
     return np.asarray(_array(root, STATUS)[runs], np.int8)
 
 
 def group(path: Path) -> int:
     """Give the runs per task: the chunk length along ``run``."""
-    return int(_array(zarr.open_group(path, mode="r", use_consolidated=False), STATUS).chunks[0])
+    return int(_array(read(path), STATUS).chunks[0])
 
 
 def row(path: Path, variables: Sequence[Variable], run: int) -> dict[str, Any]:
     """Read the values of a run by name of variable, digest and status apart, as ``write`` takes them."""
-    root = zarr.open_group(path, mode="r", use_consolidated=False)
+    root = read(path)
     arrays = {variable.name: _array(root, variable) for variable in variables[:-2]}
     return {name: array[run] if "run" in dims(array) else array[...] for name, array in arrays.items()}
 
@@ -157,7 +163,7 @@ def row(path: Path, variables: Sequence[Variable], run: int) -> dict[str, Any]:
 def attributes(path: Path) -> dict[str, Any]:
     """Attributes of a store, empty where there is none."""
     try:
-        return dict(zarr.open_group(path, mode="r", use_consolidated=False).attrs)
+        return dict(read(path).attrs)
     except FileNotFoundError:
         return {}
 
@@ -172,13 +178,19 @@ def open_store(path: Path, *, dask: bool = False) -> xr.Dataset:
     """
     import xarray as xr
 
-    opened: xr.Dataset = xr.open_zarr(path, chunks={} if dask else None, consolidated=False)
+    opened: xr.Dataset = xr.open_zarr(store_of(path), chunks={} if dask else None, consolidated=False)
     return opened
 
 
 def sweep_partials(out: Path) -> int:
     """Remove what killed writers left in a place nobody else writes to; gives how many things."""
     found = 0
+    if is_url(out):
+        # what is written there is there whole or not at all; only points of a killed driver are left
+        for left in out.glob("*.partial"):
+            left.unlink()
+            found += 1
+        return found
     for folder, folders, files in os.walk(out):
         for name in [f for f in folders if f.endswith(".partial")]:
             shutil.rmtree(Path(folder, name))

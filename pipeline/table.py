@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import os
+from io import BytesIO
 from pathlib import Path
 
 import pandas as pd
 
+from pipeline import elsewhere
 from pipeline.place import store_paths
 from pipeline.store import open_store
 from pipeline.variables import PER_RUN, RETURN_PERIOD, STATUS, WEIGHT, Status
@@ -68,14 +69,14 @@ def write(table: pd.DataFrame, path: Path) -> None:
     ImportError
         If Parquet is asked for without pyarrow.
     """
-    aside = path.with_name(f".{path.name}.{os.getpid()}.partial")
+    held = BytesIO()
     if path.suffix == ".parquet":
-        table.to_parquet(aside, index=False)
+        table.to_parquet(held, index=False)
     elif path.suffix == ".md":
-        aside.write_text(markdown(table))
+        held.write(markdown(table).encode())
     else:
-        table.to_csv(aside, index=False)
-    aside.replace(path)
+        table.to_csv(held, index=False)
+    elsewhere.put(path, held.getvalue())
 
 
 def markdown(table: pd.DataFrame) -> str:

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import zarr
 
 from pipeline import store
 from pipeline.variables import DIGEST, STATUS, TIMINGS, Status
@@ -29,7 +28,7 @@ def verify(path: Path) -> Report:
 
     It may be read while runs are computed: a run that changes meanwhile is left out.
     """
-    root = zarr.open_group(path, mode="r", use_consolidated=False)
+    root = store.read(path)
     attributes = dict(root.attrs)
     faults = []
     content = str(attributes.get("scenario_content"))

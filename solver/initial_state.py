@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -53,7 +54,7 @@ def lay(releases: Sequence[Release], points: Lattice | PointCloud) -> Laid:
     parts = []
     asked = lost = 0.0
     for release in releases:
-        averages = release.cell_averages(points)
+        averages = _averages(replace(release, volume=None, velocity=(0.0, 0.0)), points)
         held = float((averages * points.cell_area).sum())
         if held <= 0:
             raise ValueError(f"a release lies wholly outside the domain: {release}")
@@ -69,3 +70,11 @@ def lay(releases: Sequence[Release], points: Lattice | PointCloud) -> Laid:
         velocity_x += share * release.velocity[0]
         velocity_y += share * release.velocity[1]
     return Laid(depth, velocity_x, velocity_y, float((depth * points.cell_area).sum()), asked, lost)
+
+
+@lru_cache(maxsize=4)
+def _averages(shape: Release, points: Lattice | PointCloud) -> Array:
+    """Give the averages of a shape; runs that differ in volume or velocity alone have the same."""
+    averages = shape.cell_averages(points)
+    averages.flags.writeable = False
+    return averages

@@ -13,6 +13,7 @@ from rich.console import Console
 
 from pipeline import store
 from pipeline.catalogue import complete
+from pipeline.elsewhere import is_url
 from pipeline.interrupts import MESSAGE
 from pipeline.place import held
 from pipeline.scenario import load
@@ -25,16 +26,19 @@ from pathlib import Path
 from rich.console import Console
 from stub_solvers import gated
 import pipeline.template
+from pipeline import lock_objects
 from pipeline.catalogue import complete
+from pipeline.elsewhere import located
 from pipeline.place import held
 from pipeline.scenario import load
 
 if __name__ == "__main__":
     file, out, log, free, group = sys.argv[1:]
     pipeline.template.group_size = lambda *_: int(group)
-    with held(Path(out)):
+    lock_objects.BEAT_SECONDS = 0.2
+    with held(located(out)):
         solve = partial(gated, log=log, free=float(free))
-        outcome = complete(load([file]), Path(out), Console(), count=2, solve=solve)
+        outcome = complete(load([file]), located(out), Console(), count=2, solve=solve)
     sys.exit(outcome.exit_code)
 """
 
@@ -42,7 +46,7 @@ if __name__ == "__main__":
 def start_driver(file: Path, out: Path, log: Path, free: float, group: int = 1) -> subprocess.Popen[str]:
     """Start a batch on two workers in a process group of its own; runs from ``free`` on wait at the gate."""
     return subprocess.Popen(
-        [sys.executable, "-c", DRIVER, file, out, log, str(free), str(group)],
+        [sys.executable, "-c", DRIVER, file, str(out), log, str(free), str(group)],
         env=os.environ | {"PYTHONPATH": os.pathsep.join([str(Path(__file__).parent), str(Path.cwd())])},
         start_new_session=True,
         stdout=subprocess.PIPE,
@@ -85,6 +89,10 @@ def counts(path: Path) -> Counter[Status]:
 
 def files(path: Path) -> dict[str, bytes]:
     """Give all that a store holds but its timings, by name of file."""
+    if is_url(path):
+        held = path.fs.cat(path.fs.find(path.path))
+        named = {name.partition(f"{path.name}/")[2]: data for name, data in held.items()}
+        return {name: named[name] for name in sorted(named) if name.split("/")[0] not in TIMINGS}
     return {
         str(file.relative_to(path)): file.read_bytes()
         for file in sorted(path.rglob("*"))

@@ -8,11 +8,11 @@ import time
 from pathlib import Path
 
 import numpy as np
-from zarr.storage import LocalStore
+from zarr.storage import FsspecStore, LocalStore
 
 from solver.simulation import Failure, Ledger, Result, simulate
 
-SET = LocalStore.set
+SET = LocalStore.set, FsspecStore.set
 RAISES, KILLS, FAILS, OVERRUNS, HANGS, SWELLS = 11.0, 12.0, 13.0, 14.0, 15.0, 16.0
 
 
@@ -90,14 +90,14 @@ async def _refuse(self, key, value, byte_range=None):
 def read_only_from(scene, times, *, at, **options):
     """Leave a store that can only be read where the bed friction is ``at``."""
     if scene.friction.bed_friction == at:
-        LocalStore.set = _refuse
+        LocalStore.set = FsspecStore.set = _refuse
     return by_friction(scene, times, **options)
 
 
 def heal():
     """Undo what stores were made to refuse."""
     resource.setrlimit(resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
-    LocalStore.set = SET
+    LocalStore.set, FsspecStore.set = SET
 
 
 def dying_after(scene, times, *, log, saves, keeper, **options):

@@ -12,6 +12,7 @@ from pipeline.store import open_store
 
 ROOT = Path(__file__).parent.parent
 TEXT = (ROOT / "README.md").read_text(encoding="utf-8")
+PROMISES = (ROOT / "docs" / "promises.md").read_text(encoding="utf-8")
 
 
 def blocks(language: str) -> list[str]:
@@ -71,6 +72,17 @@ def test_every_command_and_option_exists(command):
     shown = CliRunner().invoke(app, [name, "--help"], env={"COLUMNS": "200"}).stdout
     for option in re.findall(r"--[a-z-]+", " ".join(rest)):
         assert option in shown
+
+
+@pytest.mark.parametrize("name", sorted(set(re.findall(r"`(test_\w+\.py::\w+)`", PROMISES))))
+def test_every_promise_names_a_test(name):
+    file, test = name.split("::")
+    assert f"def {test}(" in (ROOT / "tests" / file).read_text(encoding="utf-8")
+
+
+def test_every_option_of_a_run_is_described():
+    shown = CliRunner().invoke(app, ["run", "--help"], env={"COLUMNS": "200"}).stdout
+    assert set(re.findall(r"--[a-z-]+", shown)) - {"--help"} <= set(re.findall(r"--[a-z-]+", TEXT))
 
 
 def test_every_link_leads_somewhere():
