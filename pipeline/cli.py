@@ -232,6 +232,7 @@ for command in (
     map_commands.hazard,
     assessment_commands.sensitivity,
     assessment_commands.calibrate,
+    map_commands.report,
 ):
     app.command()(command)
 

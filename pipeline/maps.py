@@ -89,7 +89,9 @@ def draw(layer: Layer, found: xr.Dataset, frame: Frame | None, path: Path) -> Pa
     )
     # a long title is to widen the picture and not the gaps between panels
     title.set_in_layout(False)
-    figure.draw_without_rendering()
+    layout = figure.get_layout_engine()
+    assert layout is not None
+    layout.execute(figure)
     figure.set_layout_engine("none")
     title.set_in_layout(True)
     figure.savefig(path, bbox_inches="tight")

@@ -216,6 +216,10 @@ class TestIntensity:
         assert medium["hazard_level"].item() == 3
         assert "hazard_level" not in mapped(depth, depth)
 
+    def test_levels_that_a_missing_run_cannot_change_are_known(self):
+        found = mapped([[2.0, 0.0], [np.nan] * 2], [[2.0, 0.0]] * 2, [1, 2], return_period=[30, 1000])
+        assert found["hazard_level"].values.ravel().tolist() == [4, UNKNOWN]
+
     def test_levels_of_a_return_period_without_runs_are_unknown_with_bounds(self):
         found = mapped([[0.5], [np.nan]], [[0.5], [np.nan]], [1, 2], return_period=[100, 300])
         assert [found[f"hazard_level{bound}"].item() for bound in ("_lower", "", "_upper")] == [3, UNKNOWN, 4]

@@ -53,13 +53,13 @@ def made(status=(1, 1, 1, 1), ground=GROUND):
         attrs={"title": "plane"},
     )
     text = "" if ground is None else ground.model_dump_json()
-    found = hazard(ensemble(runs), Hazard(depth=(1.0,), speed=()))
+    found = hazard(ensemble(runs), Hazard(depth=(1.0,), speed=(), quantiles=(0.5,)))
     return found.assign_attrs(title="plane", georeference=text)
 
 
 def few(found):
-    """Keep the maps of arrival and intensity."""
-    return found[[name for name in found if name.startswith(("arrival", "intensity"))]]
+    """Keep the maps of arrival."""
+    return found[[name for name in found if name.startswith("arrival")]]
 
 
 @pytest.fixture(scope="module")
@@ -211,9 +211,8 @@ class TestPictures:
         folder, found = written
         names = {layer.name for layer in layers(found)}
         assert names == {
-            *("depth_above_1", "depth_quantile_0.5", "depth_quantile_0.9"),
-            *("speed_quantile_0.5", "speed_quantile_0.9", "arrival_share", "arrival_time"),
-            *("intensity", "hazard_level"),
+            *("depth_above_1", "depth_quantile_0.5", "speed_quantile_0.5"),
+            *("arrival_share", "arrival_time", "intensity", "hazard_level"),
         }
         for name in names:
             with Image.open(folder / f"{name}.png") as picture:
@@ -228,7 +227,7 @@ class TestPictures:
 
     def test_work_without_a_georeference_and_without_any_run(self, tmp_path):
         paths = write_maps(few(made((2, 2, 0, 0), ground=None)), tmp_path, pytest.fail)
-        assert [path.name for path in paths] == ["arrival_share.png", "arrival_time.png", "intensity.png"]
+        assert [path.name for path in paths] == ["arrival_share.png", "arrival_time.png"]
 
     def test_are_all_there_is_without_the_extra(self, tmp_path, monkeypatch):
         for name in ("rasterio", "rasterio.crs", "rioxarray"):
