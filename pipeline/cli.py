@@ -247,6 +247,7 @@ for command in (
     map_commands.hazard,
     assessment_commands.sensitivity,
     assessment_commands.calibrate,
+    map_commands.report,
 ):
     app.command()(command)
 

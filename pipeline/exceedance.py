@@ -36,17 +36,19 @@ def share(exceeds: xr.DataArray, runs: xr.Dataset, known: xr.DataArray | None = 
     -------
     dict of str to DataArray
         ``""``, the share among the runs that were computed, overrun ones included, missing where there is
-        none; ``_lower`` and ``_upper``, the share of all planned ones if none of the failed, pending and
-        overrun runs exceeds, and if all of them do.
+        none; ``_lower`` and ``_upper``, the share of all planned ones if none of the failed and pending runs
+        exceeds and overrun ones where they were seen to, and if all of these do.
     """
     weight, status = runs["weight"], runs["status"]
     if known is None:
         known = xr.ones_like(status, dtype=bool)
-    computed, sure = known & status.isin(COMPUTED), known & (status == Status.DONE)
+    computed = known & status.isin(COMPUTED)
     held = _total(computed, weight)
-    found = _total(exceeds & computed, weight) / held.where(held > 0)
-    lower = _total(exceeds & sure, weight)
-    upper = lower + (1 - _total(sure, weight))
+    lower = _total(exceeds & computed, weight)
+    found = lower / held.where(held > 0)
+    # of a run that lost material, what exceeds is known, and what does not is not
+    settled = computed & (exceeds | (status == Status.DONE))
+    upper = lower + (1 - _total(settled, weight))
     # sums of weights end a little off 0 and 1
     return {
         "": found.clip(0, 1),

@@ -27,8 +27,8 @@ THREADS = 2
 PASCALS = 1000.0
 BOUND_NAMES = {
     "": "",
-    "_lower": ", if no run that is failed, pending or overrun does",
-    "_upper": ", if all runs that are failed, pending or overrun do",
+    "_lower": ", if no failed or pending run does, and overrun ones do as they were computed",
+    "_upper": ", if all failed, pending and overrun runs do",
 }
 
 

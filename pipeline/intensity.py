@@ -95,7 +95,9 @@ def levels(runs: xr.Dataset, settings: Hazard) -> Shares:
             before = found.get(bound, level)
             unknown = (before == UNKNOWN) | (level == UNKNOWN)
             found[bound] = level.where(level > before, before).where(~unknown, UNKNOWN).astype(np.int8)
-    return found
+    # what the missing runs cannot change is known without them
+    settled = (found[""] == UNKNOWN) & (found["_lower"] == found["_upper"])
+    return found | {"": found["_lower"].where(settled, found[""])}
 
 
 def _level(intensity: xr.DataArray, levels: Levels, column: int) -> xr.DataArray:

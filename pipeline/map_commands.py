@@ -55,5 +55,22 @@ def hazard(
             typer.echo(f"no map over all scenarios: {error}", err=True)
 
 
+def report(
+    out: Out,
+    to: Annotated[Path | None, typer.Option(help="Page to write.", show_default="OUT/report.html")] = None,
+    run: Annotated[
+        int | None,
+        typer.Option(
+            min=0, help="Position of the run shown in motion.", show_default="that of median run-out"
+        ),
+    ] = None,
+) -> None:
+    """Write one page about a place: maps, run-out, ledger, failures, versions; it needs no network."""
+    from pipeline.report import report as write
+
+    with ending({FileNotFoundError: BAD_INPUT, ValueError: BAD_INPUT, OSError: TROUBLE}):
+        typer.echo(str(write(out, to or out / "report.html", run)))
+
+
 def _tell(line: str) -> None:
     typer.echo(line, err=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import textwrap
 from collections.abc import Sequence
 from pathlib import Path
@@ -14,6 +15,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import BoundaryNorm, Colormap, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
+from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
@@ -65,6 +67,7 @@ def draw(layer: Layer, found: xr.Dataset, frame: Frame | None, path: Path) -> Pa
         colours.fill(panel, east, north, layer.values[bound].to_numpy())
         _contour_bed(panel, east, north, found)
         _frame_panel(panel, frame, corners)
+        mark_receptors(panel, frame, found, named=bound == "")
         if len(shown) > 1:
             panel.set_title(PANEL_TITLES[bound], fontsize="medium", loc="left", pad=3)
     _scale_bar(panels[0], frame, width)
@@ -89,7 +92,9 @@ def draw(layer: Layer, found: xr.Dataset, frame: Frame | None, path: Path) -> Pa
     )
     # a long title is to widen the picture and not the gaps between panels
     title.set_in_layout(False)
-    figure.draw_without_rendering()
+    layout = figure.get_layout_engine()
+    assert layout is not None
+    layout.execute(figure)
     figure.set_layout_engine("none")
     title.set_in_layout(True)
     figure.savefig(path, bbox_inches="tight")
@@ -223,6 +228,28 @@ def _frame_panel(panel: Axes, frame: Frame | None, corners: tuple[Array, Array])
         arrowprops={"arrowstyle": "-|>", "color": "k", "linewidth": 0.8},
         fontsize="small",
     )
+
+
+def mark_receptors(panel: Axes, frame: Frame | None, found: xr.Dataset, *, named: bool = True) -> None:
+    """Mark the receptors that hazard maps or a store's maps come with, in their attribute ``receptors``."""
+    halo = [withStroke(linewidth=2.2, foreground="white")]
+    for receptor in json.loads(found.attrs.get("receptors", "[]")):
+        shape = receptor["polygon"] or receptor["line"] or [receptor["point"]]
+        x, y = np.array([*shape, *shape[:1]] if receptor["polygon"] else shape, np.float64).T
+        east, north = frame.on_map(x, y) if frame else (x, y)
+        mark = "o" if len(shape) == 1 else ""
+        panel.plot(east, north, color="k", marker=mark, markersize=3, linewidth=1.1, path_effects=halo)
+        if named:
+            at = int(np.argmax(north))
+            panel.annotate(
+                receptor["name"],
+                (east[at], north[at]),
+                (3, 3),
+                textcoords="offset points",
+                fontsize="small",
+                path_effects=halo,
+                annotation_clip=True,
+            )
 
 
 def _leaves_upper_left(frame: Frame | None) -> bool:

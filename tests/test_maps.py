@@ -1,3 +1,4 @@
+import json
 import shutil
 import subprocess
 import sys
@@ -17,7 +18,7 @@ from pipeline.hazard import hazard, read, write
 from pipeline.hazard_settings import Georeference, Hazard
 from pipeline.layers import layers
 from pipeline.map_files import WITHOUT_GEO, write_maps
-from pipeline.maps import LEVEL_COLOURS, round_below
+from pipeline.maps import LEVEL_COLOURS, draw, round_below
 
 X, Y = np.arange(0.0, 1201, 5), np.arange(-150.0, 151, 5)
 SLOPE = 20.0
@@ -53,13 +54,13 @@ def made(status=(1, 1, 1, 1), ground=GROUND):
         attrs={"title": "plane"},
     )
     text = "" if ground is None else ground.model_dump_json()
-    found = hazard(ensemble(runs), Hazard(depth=(1.0,), speed=()))
+    found = hazard(ensemble(runs), Hazard(depth=(1.0,), speed=(), quantiles=(0.5,)))
     return found.assign_attrs(title="plane", georeference=text)
 
 
 def few(found):
-    """Keep the maps of arrival and intensity."""
-    return found[[name for name in found if name.startswith(("arrival", "intensity"))]]
+    """Keep the maps of arrival."""
+    return found[[name for name in found if name.startswith("arrival")]]
 
 
 @pytest.fixture(scope="module")
@@ -211,9 +212,8 @@ class TestPictures:
         folder, found = written
         names = {layer.name for layer in layers(found)}
         assert names == {
-            *("depth_above_1", "depth_quantile_0.5", "depth_quantile_0.9"),
-            *("speed_quantile_0.5", "speed_quantile_0.9", "arrival_share", "arrival_time"),
-            *("intensity", "hazard_level"),
+            *("depth_above_1", "depth_quantile_0.5", "speed_quantile_0.5"),
+            *("arrival_share", "arrival_time", "intensity", "hazard_level"),
         }
         for name in names:
             with Image.open(folder / f"{name}.png") as picture:
@@ -226,9 +226,23 @@ class TestPictures:
         red, yellow = (tuple(bytes.fromhex(LEVEL_COLOURS[i][1:])) for i in (3, 1))
         assert counts[red] > 20 * counts.get(yellow, 0) > 0
 
+    def test_mark_receptors(self, tmp_path):
+        found = few(made())
+        places = {"point": [700, 100], "line": None, "polygon": None}
+        road = {"point": None, "line": [[500, -150], [500, 150]], "polygon": None}
+        named = [{"name": "house", **places}, {"name": "road", **road}]
+        (layer, *_) = layers(found)
+        plain, marked = (
+            np.asarray(Image.open(draw(layer, found.assign_attrs(receptors=text), None, path)).convert("RGB"))
+            for text, path in ((json.dumps(named), tmp_path / "a.png"), ("[]", tmp_path / "b.png"))
+        )
+        assert plain.shape == marked.shape
+        changed = np.flatnonzero((plain != marked).any(axis=(0, 2)))
+        assert changed.size > 20
+
     def test_work_without_a_georeference_and_without_any_run(self, tmp_path):
         paths = write_maps(few(made((2, 2, 0, 0), ground=None)), tmp_path, pytest.fail)
-        assert [path.name for path in paths] == ["arrival_share.png", "arrival_time.png", "intensity.png"]
+        assert [path.name for path in paths] == ["arrival_share.png", "arrival_time.png"]
 
     def test_are_all_there_is_without_the_extra(self, tmp_path, monkeypatch):
         for name in ("rasterio", "rasterio.crs", "rioxarray"):
