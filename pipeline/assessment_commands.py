@@ -49,9 +49,10 @@ def sensitivity(
 ) -> None:
     """Table which varied parameter drives run-out, deposit and what reaches receptors."""
     from pipeline import table
+    from pipeline.place import indices_path
     from pipeline.sensitivity import sensitivity as indices
 
-    path = to or out / "sensitivity.csv"
+    path = to or indices_path(out)
     try:
         with ending({FileNotFoundError: BAD_INPUT, ValueError: BAD_INPUT, OSError: TROUBLE}):
             found = indices(out, lambda line: typer.echo(line, err=True))

@@ -74,6 +74,11 @@ def log_path(out: Path) -> Path:
     return out / "runs.log"
 
 
+def indices_path(out: Path) -> Path:
+    """Table of the indices of sensitivity over all scenarios of the place."""
+    return out / "sensitivity.csv"
+
+
 def summary_path(out: Path) -> Path:
     """Table over all scenarios of the place."""
     return out / "summary.csv"

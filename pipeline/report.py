@@ -20,9 +20,9 @@ from pipeline.hazard import WHOLE, of_place
 from pipeline.layers import Layer, layers
 from pipeline.map_files import ground
 from pipeline.maps import draw
-from pipeline.place import store_path, store_paths
+from pipeline.place import indices_path, store_path, store_paths
 from pipeline.report_figures import animation, runout_curve
-from pipeline.report_tables import TABLES, Table
+from pipeline.report_tables import TABLES, Table, what_matters
 from pipeline.store import open_store
 
 TEMPLATE = "report.html"
@@ -116,6 +116,8 @@ def _scenario(out: Path, name: str, found: xr.Dataset, run: int | None) -> Chapt
             motion = animation(store, shown, placed)
         curve = runout_curve(store, runs)
         first, others = _maps(found, placed)
+        tables = [*(make(store) for make in TABLES)]
+        tables.insert(1, what_matters(indices_path(out), name))
         return Chapter(
             anchor=_anchor(name),
             name=name,
@@ -125,7 +127,7 @@ def _scenario(out: Path, name: str, found: xr.Dataset, run: int | None) -> Chapt
             others=others,
             curve=None if curve is None else Picture("share of runs by run-out", _uri(curve, "png")),
             motion=None if motion is None else Picture(f"run {shown} in motion", _uri(motion, "webp")),
-            tables=[table for make in TABLES if (table := make(store)) is not None],
+            tables=[table for table in tables if table is not None],
             text=str(store.attrs["scenario"]),
         )
 

@@ -2,17 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 
+from pipeline.assessment import receptors as table_receptors
 from pipeline.provenance import BINDING, PACKAGES, differences
+from pipeline.receptors import reached
 from pipeline.variables import PER_RUN, VOLUMES, Status
 
 MOST_ROWS = 40
+RECEPTOR_HEAD = (
+    *("receptor", "probability", "of runs", "median depth (m)", "largest depth (m)"),
+    *("largest speed (m/s)", "largest pressure (kPa)", "first arrival (s)"),
+)
+# begins a cell that is shown in grey
+FAINT = "\u2009"
 COLUMNS = {variable.name: variable for variable in PER_RUN}
 
 
@@ -59,12 +69,70 @@ LEDGER = (
 )
 
 
+def receptors(store: xr.Dataset) -> Table | None:
+    """Table what reaches the receptors."""
+    try:
+        rows = list(table_receptors(store, reached(store)))
+    except ValueError as error:
+        return Table("Receptors", ["none"], [], f"{error}.")
+    if not rows:
+        return None
+    shown = ("median_max_depth", "largest_depth", "largest_speed", "largest_pressure", "first_arrival_time")
+    return Table(
+        "Receptors",
+        RECEPTOR_HEAD,
+        [
+            [
+                str(row["receptor"]),
+                _bounded(row, "probability", "probability_lower", "probability_upper"),
+                f"{row['runs_done']} of {row['runs_planned']}",
+                *(number(row[name]) for name in shown),
+            ]
+            for row in rows
+        ],
+        "Probability of being reached, with its bounds; the rest is of the runs that reach it.",
+    )
+
+
+def what_matters(path: Path, name: str) -> Table | None:
+    """Table the indices of sensitivity that were written for a scenario; None where there are none."""
+    if not path.exists():
+        return None
+    held = pd.read_csv(path)
+    held = held[held["scenario"] == name]
+    if held.empty:
+        return None
+    parameters = list(dict.fromkeys(held["parameter"]))
+    rows = []
+    for (quantity, method), group in held.groupby(["quantity", "method"], sort=False):
+        found = group.set_index("parameter").to_dict("index")
+        cells = [_index(found[each]) if each in found else "–" for each in parameters]
+        rows.append([str(quantity).replace("_", " "), str(method), *cells])
+    used = f"{held['runs_used'].min()} of {held['runs_planned'].max()} runs"
+    note = (
+        f"From {used}, with 95 % confidence intervals. PAWN's index is 0 for a parameter that does nothing "
+        "and at most 1; grey ones are within what chance gives."
+    )
+    head = ["quantity", "index", *(each.replace("_", " ") for each in parameters)]
+    return Table("What matters", head, rows, note)
+
+
+def _index(row: Mapping[Hashable, Any]) -> str:
+    text = _bounded(row, "index", "lower", "upper")
+    return f"{FAINT}{text}" if row["index"] <= row["noise"] else text
+
+
+def _bounded(row: Mapping[Any, Any], estimate: str, lower: str, upper: str) -> str:
+    values = [f"{row[name]:.2f}" for name in (estimate, lower, upper)]
+    return values[0] if values[1] == values[2] else f"{values[0]} ({values[1]} to {values[2]})"
+
+
 def failures(store: xr.Dataset) -> Table | None:
     """Table the runs that failed, with their parameters, reason and place."""
     failed = store.isel(run=np.flatnonzero((store["status"] == Status.FAILED).to_numpy()))
     if not failed.sizes["run"]:
         return None
-    swept = [str(name) for name, c in store.coords.items() if c.dims == ("run",) and name != "run"]
+    swept = [str(name) for name, c in store.coords.items() if "key" in c.attrs]
     rows = [
         [
             str(one["run"].item()),
@@ -92,7 +160,7 @@ def origin(store: xr.Dataset) -> Table:
 
 
 # in the order they are shown; one that has nothing to tell gives None
-TABLES: tuple[Callable[[xr.Dataset], Table | None], ...] = (volume_ledger, failures, origin)
+TABLES: tuple[Callable[[xr.Dataset], Table | None], ...] = (receptors, volume_ledger, failures, origin)
 
 
 def number(value: object) -> str:
