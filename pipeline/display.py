@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Hashable, Mapping
+from typing import Any
 
 import pandas as pd
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
+from pipeline.summary import overrun
 from pipeline.table import HEAD
 from pipeline.variables import PER_RUN, RETURN_PERIOD, WEIGHT
 
@@ -47,11 +50,17 @@ def _rows(whole: pd.DataFrame, wide: bool) -> Table:
         table.add_row(
             str(row["scenario"]),
             str(row["run"]),
-            f"[{STYLES.get(status, 'green')}]{status.rpartition('_')[2]}[/]",
+            f"[{STYLES.get(status, 'green')}]{_status(row)}[/]",
             *([(", " if wide else "\n").join(given)] if swept else []),
             *(_text(row[name]) for name in shown),
         )
     return table
+
+
+def _status(row: Mapping[Hashable, Any]) -> str:
+    """Status in a word; of a run that was overrun, how much of the volume left too."""
+    word = str(row["status"]).rpartition("_")[2]
+    return f"{word} {100 * overrun(row):.2g} %" if word == "overrun" else word
 
 
 def _counts(whole: pd.DataFrame) -> Table:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,6 +12,11 @@ from solver.lattice import Lattice
 from solver.point_cloud import PointCloud
 
 Array = NDArray[np.float64]
+
+
+def overrun(row: Mapping[Any, Any]) -> float:
+    """Share of the volume, released or come in, that left through the boundaries."""
+    return float(row["volume_out"] / (row["volume_released"] + row["volume_in"]))
 
 
 def summarise(

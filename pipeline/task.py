@@ -12,7 +12,7 @@ from pipeline.checkpoints import Checkpoints
 from pipeline.limits import UNLIMITED, Limits
 from pipeline.runs import Prepared, Run, build_scene
 from pipeline.shared_points import SharedPoints
-from pipeline.summary import summarise
+from pipeline.summary import overrun, summarise
 from pipeline.template import profile_values
 from pipeline.variables import FIELDS, TIMINGS, Status, Variable
 from solver.simulation import OUT_OF_TIME, Result, simulate
@@ -43,7 +43,7 @@ class Job:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a run: its store, index and status, why it failed, and its elapsed time, s."""
+    """What became of a run: store, index, status, why it failed or how far it overran, elapsed time, s."""
 
     path: Path
     run: int
@@ -78,8 +78,8 @@ def perform(job: Job, solve: Solve = simulate) -> list[Outcome]:
     for run in runs:
         status, rows[run.index] = _copied(job, run) or _compute(job, run, shared, solve)
         row = rows[run.index]
-        reason, elapsed = row.get("failure_reason", ""), row.get("wall_time", float("nan"))
-        outcomes.append(Outcome(job.path, run.index, status, reason, elapsed))
+        elapsed = row.get("wall_time", float("nan"))
+        outcomes.append(Outcome(job.path, run.index, status, _reason(status, row), elapsed))
     if rows:
         store.write(job.path, job.variables, rows, {o.run: o.status for o in outcomes if o.run in rows})
         if job.checkpoints is not None:
@@ -97,6 +97,13 @@ def _copied(job: Job, run: Run) -> tuple[Status, dict[str, Any]] | None:
     if status not in (Status.DONE, Status.OVERRUN):
         return None
     return status, store.row(path, job.variables, index) | dict.fromkeys(TIMINGS, 0.0)
+
+
+def _reason(status: Status, row: Mapping[str, Any]) -> str:
+    """Why a run failed, or how far it was overrun."""
+    if status is Status.OVERRUN:
+        return f"{100 * overrun(row):.2g} % of the volume left the domain"
+    return str(row.get("failure_reason", ""))
 
 
 def condemn(job: Job, reason: str) -> list[Outcome]:

@@ -73,3 +73,12 @@ def test_tables_are_written_as_they_are_asked_for(scenario_file, out, shared_wor
     )
     assert len(pd.read_parquet(out / "tables" / "runs.parquet")) == 2
     assert pipeline("tables", out / "nowhere").exit_code == 2
+
+
+def test_an_overrun_run_says_by_how_much(scenario_file, out, shared_workers, log):
+    file = scenario_file(20, OVERRUNS)
+    assert run(out, file, solve=partial(by_friction, log=log)).exit_code == 0
+    shown = pipeline("summary", out).stdout
+    lost = float(pd.read_csv(out / "summary.csv")["volume_out"][1]) / 2
+    assert f"overrun {100 * lost:.2g} %" in shown
+    assert f"{100 * lost:.2g} % of the volume left the domain" in (out / "runs.log").read_text()
