@@ -9,12 +9,15 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from pipeline.frames import mean_spacing
+from pipeline.frames import mean_spacing, space
 from pipeline.gridded import gridded
 from pipeline.variables import STATUS, Status
 
 MAXIMA = ("max_depth", "max_speed", "max_momentum_flux", "arrival_time")
 PLACES = ("x", "y", "elevation", "horizontal_distance")
+# runs whose values, and whose comparisons with thresholds, are held at once
+RUNS_AT_ONCE = 16
+VALUES_AT_ONCE = 4_000_000
 COMPUTED = (Status.DONE, Status.OVERRUN)
 
 
@@ -61,16 +64,16 @@ def ensemble(store: xr.Dataset, spacing: float | None = None) -> xr.Dataset:
     Parameters
     ----------
     store : Dataset
-        A scenario's store, best opened with Dask.
+        A scenario's store; one that is not open with Dask is read by it, some runs at once.
     spacing : float, optional
         Of the lattice a cloud is brought to, m; by default its mean spacing.
 
     Returns
     -------
     Dataset
-        Over ``run``, ``y`` and ``x``: the maxima and the arrival time that were kept, as lazy as they were;
-        over ``run``: ``status``, ``weight``, which sums to 1 over the planned runs, and where the scenario
-        gives it ``return_period``, years; the places of the points.
+        Over ``run``, ``y`` and ``x``: the maxima and the arrival time that were kept, lazy; over ``run``:
+        ``status``, ``weight``, which sums to 1 over the planned runs, and where the scenario gives it
+        ``return_period``, years; the places of the points.
 
     Raises
     ------
@@ -79,6 +82,8 @@ def ensemble(store: xr.Dataset, spacing: float | None = None) -> xr.Dataset:
     """
     kept = [name for name in MAXIMA if name in store]
     runs = store[[*kept, STATUS.name]]
+    if not any(runs[name].chunks for name in kept):
+        runs = runs.chunk({"run": _at_once(store)})
     if "point" in store.dims:
         runs = gridded(runs.assign_coords(area=store["area"]), spacing or mean_spacing(store))
     on_run = {"weight", "return_period"} & set(store.variables)
@@ -92,6 +97,13 @@ def ensemble(store: xr.Dataset, spacing: float | None = None) -> xr.Dataset:
         raise ValueError(f"{store.attrs.get('title')}: expected weights of at least 0, not all of them 0")
     runs["weight"] = ("run", weight / weight.sum())
     return runs.set_coords([STATUS.name, "weight", *(on_run - {"weight"})])
+
+
+def _at_once(store: xr.Dataset) -> int:
+    """Choose the runs to read at once: whole chunks of the store, some of them where they are small."""
+    group = int(store.attrs.get("runs_per_task", 1))
+    cells = int(np.prod([store.sizes[d] for d in space(store)]))
+    return group * max(1, min(RUNS_AT_ONCE, VALUES_AT_ONCE // cells) // group)
 
 
 def together(scenarios: Mapping[str, xr.Dataset]) -> xr.Dataset:

@@ -8,16 +8,14 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from pipeline.ensemble import COMPUTED
+from pipeline.ensemble import COMPUTED, RUNS_AT_ONCE
 from pipeline.variables import Status
 
 # a share, and what it is called with its bounds
 Shares = dict[str, xr.DataArray]
 BOUNDS = ("", "_lower", "_upper")
-# runs whose comparisons are held at once
-RUNS_AT_ONCE = 8
 # values of all runs that are sorted at once
-SORTED_AT_ONCE = 4_000_000
+SORTED_AT_ONCE = 6_000_000
 
 
 def share(exceeds: xr.DataArray, runs: xr.Dataset, known: xr.DataArray | None = None) -> Shares:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -198,8 +199,9 @@ def of_place(
     held: dict[str, xr.Dataset] = {}
     asked: dict[str, Hazard] = {}
     grounds: dict[str, str] = {}
+    marks: dict[str, str] = {}
     for path in store_paths(out):
-        store = open_store(path, dask=True)
+        store = open_store(path)
         name = str(store.attrs["title"])
         settings = stored(store.attrs)
         asked[name] = settings.hazard.model_copy(update=dict(thresholds))
@@ -207,8 +209,10 @@ def of_place(
         grounds[name] = "" if ground is None else ground.model_dump_json()
         held[name] = ensemble(store, spacing)
         about = {key: store.attrs[key] for key in ("scenario_hash", "solver_hash", "lmls_version")}
+        marks[name] = json.dumps([receptor.model_dump(mode="json") for receptor in settings.receptors])
         found = hazard(held[name], asked[name])
-        yield name, found.assign_attrs(title=name, georeference=grounds[name], **about)
+        about |= {"georeference": grounds[name], "receptors": marks[name]}
+        yield name, found.assign_attrs(title=name, **about)
     if len(held) > 1:
         runs = together(held)
         first, *others = asked
@@ -218,7 +222,10 @@ def of_place(
             if grounds[other] != grounds[first]:
                 raise NotTogetherError(f"{first} and {other} differ in their georeference")
         found = hazard(runs, asked[first])
-        yield WHOLE, found.assign_attrs(title=WHOLE, georeference=grounds[first], scenarios=", ".join(held))
+        about = {"georeference": grounds[first], "scenarios": ", ".join(held)}
+        # receptors of one scenario need not be those of another
+        alike = len({*marks.values()}) == 1
+        yield WHOLE, found.assign_attrs(title=WHOLE, receptors=marks[first] if alike else "[]", **about)
 
 
 def read(path: Path) -> xr.Dataset:

@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from pipeline import assessment
 from pipeline.assessment import receptors as table_receptors
 from pipeline.provenance import BINDING, PACKAGES, differences
 from pipeline.receptors import reached
@@ -127,6 +128,21 @@ def _bounded(row: Mapping[Any, Any], estimate: str, lower: str, upper: str) -> s
     return values[0] if values[1] == values[2] else f"{values[0]} ({values[1]} to {values[2]})"
 
 
+def quantiles(store: xr.Dataset) -> Table | None:
+    """Table quantiles of what a run comes down to, with bounds where runs are missing."""
+    names = [f"q{100 * share:02.0f}" for share in assessment.SHARES]
+    rows = [
+        [
+            f"{str(row['quantity']).replace('_', ' ')} ({row['units']})",
+            *(_bounded(row, name, f"{name}_lower", f"{name}_upper") for name in names),
+        ]
+        for row in assessment.quantiles(store)
+    ]
+    head = ["quantity", *(f"{100 * share:g} % of runs below" for share in assessment.SHARES)]
+    computed = bool(store["status"].isin([1, 3]).any())
+    return Table("Quantiles over runs", head, rows) if computed else None
+
+
 def failures(store: xr.Dataset) -> Table | None:
     """Table the runs that failed, with their parameters, reason and place."""
     failed = store.isel(run=np.flatnonzero((store["status"] == Status.FAILED).to_numpy()))
@@ -160,11 +176,21 @@ def origin(store: xr.Dataset) -> Table:
 
 
 # in the order they are shown; one that has nothing to tell gives None
-TABLES: tuple[Callable[[xr.Dataset], Table | None], ...] = (receptors, volume_ledger, failures, origin)
+TABLES: tuple[Callable[[xr.Dataset], Table | None], ...] = (
+    receptors,
+    quantiles,
+    volume_ledger,
+    failures,
+    origin,
+)
 
 
 def number(value: object) -> str:
     """Write a number for people; missing ones as a dash."""
     if isinstance(value, float | np.floating):
-        return "–" if np.isnan(value) else f"{value:.4g}"
+        if np.isnan(value):
+            return "–"
+        # four digits, and no powers of ten where people write none
+        short = float(f"{value:.4g}")
+        return f"{short:,.0f}" if 1e4 <= abs(short) < 1e9 else f"{short:.4g}"
     return str(value)

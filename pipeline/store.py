@@ -168,8 +168,8 @@ def attributes(path: Path) -> dict[str, Any]:
         return {}
 
 
-def open_store(path: Path, *, dask: bool = False) -> xr.Dataset:
-    """Open a store lazily, values read as they are used, or computed by Dask, chunk by chunk.
+def open_store(path: Path) -> xr.Dataset:
+    """Open a store lazily, values read as they are used.
 
     Raises
     ------
@@ -178,7 +178,7 @@ def open_store(path: Path, *, dask: bool = False) -> xr.Dataset:
     """
     import xarray as xr
 
-    opened: xr.Dataset = xr.open_zarr(store_of(path), chunks={} if dask else None, consolidated=False)
+    opened: xr.Dataset = xr.open_zarr(store_of(path), chunks=None, consolidated=False)
     return opened
 
 

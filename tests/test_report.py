@@ -189,6 +189,7 @@ def test_many_failures_are_cut_short(place):
 
 def test_numbers_are_written_for_people():
     assert [number(v) for v in (0.12345678, np.float64("nan"), 3, "word")] == ["0.1235", "–", "3", "word"]
+    assert [number(v) for v in (12345.6, -1234567.0, 9999.4)] == ["12,350", "-1,235,000", "9999"]
 
 
 LOOK = """
