@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from pipeline.options import BAD_INPUT, TROUBLE, Out, end, ending
+from pipeline.options import BAD_INPUT, TROUBLE, Out, Store, end, ending
 
 
 class Kind(StrEnum):
@@ -28,12 +28,13 @@ def tables(
 ) -> None:
     """Table runs, scenarios and receptors, with the runs behind each number and its bounds."""
     from pipeline.assessment import assess, write
+    from pipeline.elsewhere import at_hand
 
     with ending({FileNotFoundError: BAD_INPUT, ValueError: BAD_INPUT}):
         made = assess(out)
     try:
         with ending({OSError: TROUBLE}):
-            paths = write(made, to or out / "tables", kind or [Kind.CSV, Kind.MARKDOWN])
+            paths = write(made, to or at_hand(out / "tables"), kind or [Kind.CSV, Kind.MARKDOWN])
     except ImportError:
         end("Parquet needs pyarrow: pip install 'lmls[parquet]'")
     for path in paths:
@@ -68,7 +69,7 @@ def sensitivity(
 
 
 def calibrate(
-    store: Annotated[Path, typer.Argument(metavar="STORE", help="Store of a scenario, <out>/<name>.zarr.")],
+    store: Store,
     observed: Annotated[
         Path,
         typer.Option(help="The deposit: CSV of x, y (corners of its outline) or of x, y, depth; or NetCDF."),
@@ -87,6 +88,7 @@ def calibrate(
     from pipeline import table
     from pipeline.assessment import write
     from pipeline.calibration import ObservationError, posterior, read, score
+    from pipeline.elsewhere import at_hand
     from pipeline.scenario import stored
     from pipeline.store import open_store
 
@@ -97,7 +99,7 @@ def calibrate(
             end("--threshold: expected a depth, as the scenario gives no output.threshold")
         scores = score(opened, read(observed, opened, least), least)
         made = {"scores": scores, "parameters": posterior(opened, scores, accepted)}
-        folder = to or store.with_name(f"{store.stem}-calibration")
+        folder = to or at_hand(store.with_name(f"{store.stem}-calibration"))
         paths = write(made, folder, [Kind.CSV, Kind.MARKDOWN])
     typer.echo(table.markdown(scores.head(10)))
     typer.echo(table.markdown(made["parameters"]))

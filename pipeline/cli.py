@@ -13,6 +13,7 @@ from pipeline.options import (
     TROUBLE,
     Codes,
     Out,
+    Store,
     end,
     ending,
     read_bytes,
@@ -204,10 +205,7 @@ def summary(
 
 @app.command()
 def plot(
-    store: Annotated[
-        Path,
-        typer.Argument(metavar="STORE", parser=read_place, help="Store of a scenario, <out>/<name>.zarr."),
-    ],
+    store: Store,
     run: Annotated[int, typer.Option(min=0, help="Position of the run in the store.")] = 0,
     to: Annotated[
         Path | None,
@@ -215,11 +213,11 @@ def plot(
     ] = None,
 ) -> None:
     """Draw the depth of a run at its output times."""
-    from pipeline.elsewhere import is_url
+    from pipeline.elsewhere import at_hand
     from pipeline.figures import depth_panels
     from pipeline.store import open_store
 
-    path = to or (Path(f"{store.stem}.png") if is_url(store) else store.with_suffix(".png"))
+    path = to or at_hand(store.with_suffix(".png"))
     codes: Codes = {FileNotFoundError: BAD_INPUT, ValueError: BAD_INPUT, OSError: TROUBLE}
     with ending(codes), open_store(store) as opened:
         depth_panels(opened, run, path)
@@ -235,10 +233,10 @@ def figures(
 ) -> None:
     """Draw and table the runs of a place side by side, as the paper's figures 3 to 7 do."""
     from pipeline.comparison import draw
-    from pipeline.elsewhere import is_url
+    from pipeline.elsewhere import at_hand
 
     with ending({FileNotFoundError: BAD_INPUT, OSError: TROUBLE}):
-        for path in draw(out, to or (Path("figures") if is_url(out) else out / "figures")):
+        for path in draw(out, to or at_hand(out / "figures")):
             typer.echo(str(path))
 
 

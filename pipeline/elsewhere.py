@@ -40,6 +40,11 @@ def is_url(path: Path) -> bool:
     return not isinstance(path, Path)
 
 
+def at_hand(path: Path) -> Path:
+    """Give where pictures, maps and tables go: of a URL to their name in the folder one is in."""
+    return Path(path.name) if is_url(path) else path
+
+
 def store_of(path: Path) -> Path | FsspecStore:
     """Give what zarr opens."""
     if not is_url(path):

@@ -33,6 +33,7 @@ def hazard(
     with their bounds, quantiles, arrival, intensity and level of hazard, as NetCDF and PNG; with a
     georeference also as GeoTIFF, NetCDF and GeoPackage in its reference system.
     """
+    from pipeline.elsewhere import at_hand
     from pipeline.ensemble import NotTogetherError
     from pipeline.hazard import WHOLE, of_place, write
     from pipeline.map_files import write_maps
@@ -42,7 +43,7 @@ def hazard(
     thresholds = {name: values for name, values in read.items() if values is not None}
     if spacing is not None and not spacing > 0:
         end(f"--spacing: expected a number above 0, found {spacing:g}")
-    top = to or out / "hazard"
+    top = to or at_hand(out / "hazard")
     with ending({FileNotFoundError: BAD_INPUT, ValueError: BAD_INPUT, OSError: TROUBLE}):
         try:
             for name, found in of_place(out, thresholds, spacing):

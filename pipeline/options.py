@@ -50,6 +50,10 @@ def read_place(text: str | Path) -> Path:
 Out = Annotated[
     Path, typer.Argument(metavar="OUT", parser=read_place, help="The place results were written to.")
 ]
+Store = Annotated[
+    Path,
+    typer.Argument(metavar="STORE", parser=read_place, help="Store of a scenario, <out>/<name>.zarr."),
+]
 
 
 def read_engine(

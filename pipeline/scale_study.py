@@ -8,6 +8,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
@@ -45,35 +46,67 @@ def study(
     workers: Annotated[int, typer.Option(min=1, help="Worker processes.")] = 1,
     spacing: Annotated[float, typer.Option(help="Spacing of the lattice.")] = 0.2,
 ) -> None:
-    """Do a sweep of short runs as a user does, and print what it took."""
+    """Do a sweep of short runs as a user does, and a small part of it before, and print what they took."""
     with tempfile.TemporaryDirectory() as folder:
-        file, out = Path(folder, "scale.yaml"), Path(folder, "results")
-        angles = np.round(np.linspace(26, 34, runs // VOLUMES), 4).tolist()
-        volumes = np.round(np.linspace(8, 16, VOLUMES), 4).tolist()
-        file.write_text(SCENARIO.format(spacing=spacing, angles=angles, volumes=volumes))
-        began = time.perf_counter()
-        scenario = load([file])[0]
-        listed = expand(scenario)
-        group = template(scenario, listed, share(scenario, listed[:1])).group
-        start = time.perf_counter() - began
-        elapsed, used, memory = _batch(file, out, workers)
-        began = time.perf_counter()
-        with open_store(out / "scale.zarr") as store:
-            opening = time.perf_counter() - began
-            solver, done = float(store["cpu_time"].sum()), int((store["status"] == 1).sum())
-            longest = float(store["cpu_time"].max())
+        small = _measured(Path(folder, "small"), VOLUMES, workers, spacing)
+        large = _measured(Path(folder, "large"), runs, workers, spacing)
+    used, solver, elapsed = large.used, large.solver, large.elapsed
+    more = runs - VOLUMES
     rows = {
-        "runs done": f"{done} of {len(listed)}, {group} a task, {workers} workers on {os.cpu_count()} cores",
-        "solver": f"{solver:.1f} s of CPU, {solver / done:.4f} s a run, at most {longest:.4f} s",
+        "runs done": f"{large.done} of {runs}, {large.group} a task",
+        "workers": f"{workers}, on {os.cpu_count()} cores",
+        "solver": f"{solver:.1f} s of CPU, {solver / runs:.4f} s a run, at most {large.longest:.4f} s",
         "pipeline": f"{used - solver:.1f} s of CPU, {100 * (used / solver - 1):.1f} % of the solver's",
         "elapsed": f"{elapsed:.1f} s, {100 * solver / elapsed / workers:.0f} % of it in the solver",
-        "start": f"{start:.2f} s to check, expand and lay out",
-        "opening": f"{opening:.3f} s",
-        "driver": _course([driver for driver, _ in memory]),
-        "largest worker": _course([worker for _, worker in memory]),
+        "start": f"{large.start:.2f} s to check, expand and lay out",
+        "opening": f"{large.opening:.3f} s",
+        "driver": _course([driver for driver, _ in large.memory]),
+        "largest worker": _course([worker for _, worker in large.memory]),
     }
+    if more:
+        further, solved = (used - small.used) / more, (solver - small.solver) / more
+        once = used - solver - runs * (further - solved)
+        rows["once"] = f"{once:.1f} s of the pipeline's CPU, by a batch of {VOLUMES} runs"
+        rows["each run"] = (
+            f"{1e3 * (further - solved):.1f} ms, {100 * (further / solved - 1):.1f} % of the solver's"
+        )
     for name, what in rows.items():
         typer.echo(f"{name:15} {what}")
+
+
+@dataclass(frozen=True)
+class _Measured:
+    """What a batch took: times in s, memory of driver and largest worker over time in MB."""
+
+    done: int
+    group: int
+    start: float
+    elapsed: float
+    used: float
+    solver: float
+    longest: float
+    opening: float
+    memory: list[tuple[float, float]]
+
+
+def _measured(folder: Path, runs: int, workers: int, spacing: float) -> _Measured:
+    folder.mkdir()
+    file, out = folder / "scale.yaml", folder / "results"
+    angles = np.round(np.linspace(26, 34, runs // VOLUMES), 4).tolist()
+    volumes = np.round(np.linspace(8, 16, VOLUMES), 4).tolist()
+    file.write_text(SCENARIO.format(spacing=spacing, angles=angles, volumes=volumes))
+    began = time.perf_counter()
+    scenario = load([file])[0]
+    listed = expand(scenario)
+    group = template(scenario, listed, share(scenario, listed[:1])).group
+    start = time.perf_counter() - began
+    elapsed, used, memory = _batch(file, out, workers)
+    began = time.perf_counter()
+    with open_store(out / "scale.zarr") as store:
+        opening = time.perf_counter() - began
+        solver, longest = float(store["cpu_time"].sum()), float(store["cpu_time"].max())
+        done = int((store["status"] == 1).sum())
+    return _Measured(done, group, start, elapsed, used, solver, longest, opening, memory)
 
 
 def _batch(file: Path, out: Path, workers: int) -> tuple[float, float, list[tuple[float, float]]]:

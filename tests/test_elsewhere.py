@@ -145,6 +145,8 @@ def test_every_command_takes_a_url(scenario_file, there, tmp_path, monkeypatch):
     assert pipeline("summary", there).exit_code == 0
     assert pipeline("plot", there / "box.zarr").stdout == "box.png\n"
     assert (tmp_path / "box.png").exists()
+    assert pipeline("tables", there).exit_code == 0
+    assert (tmp_path / "tables" / "runs.csv").exists()
     assert pipeline("figures", there).exit_code == 0
     assert (tmp_path / "figures" / "comparison.csv").exists()
     assert pipeline("status", located(f"{there}/nowhere")).exit_code == 2
