@@ -72,7 +72,7 @@ def calibrate(
     store: Store,
     observed: Annotated[
         Path,
-        typer.Option(help="The deposit: CSV of x, y (corners of its outline) or of x, y, depth; or NetCDF."),
+        typer.Option(help="Outline (CSV of x, y; GeoPackage, GeoJSON) or depths (CSV, NetCDF, GeoTIFF)."),
     ],
     threshold: Annotated[
         float | None,
@@ -87,8 +87,9 @@ def calibrate(
     """Score runs by an observed deposit; table the best ones and the ranges of their parameters."""
     from pipeline import table
     from pipeline.assessment import write
-    from pipeline.calibration import ObservationError, posterior, read, score
+    from pipeline.calibration import posterior, score
     from pipeline.elsewhere import at_hand
+    from pipeline.observed import ObservationError, read
     from pipeline.scenario import stored
     from pipeline.store import open_store
 
@@ -97,7 +98,11 @@ def calibrate(
         least = threshold if threshold is not None else stored(opened.attrs).output.threshold
         if least is None:
             end("--threshold: expected a depth, as the scenario gives no output.threshold")
-        scores = score(opened, read(observed, opened, least), least)
+        try:
+            deposit = read(observed, opened, least)
+        except ImportError as error:
+            end(f"{error}: pip install 'lmls[geo]'")
+        scores = score(opened, deposit, least)
         made = {"scores": scores, "parameters": posterior(opened, scores, accepted)}
         folder = to or at_hand(store.with_name(f"{store.stem}-calibration"))
         paths = write(made, folder, [Kind.CSV, Kind.MARKDOWN])

@@ -2,111 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from pathlib import Path
-
 import numpy as np
 import pandas as pd
 import xarray as xr
-from matplotlib.path import Path as Outline
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
 
 from pipeline.assessment import behind, values
 from pipeline.frames import cell_area, space
-from pipeline.receptors import Cells
+from pipeline.observed import ObservationError, Observed
 from pipeline.sensitivity import varied
 from pipeline.statistics import Values
 from pipeline.variables import STATUS, Status
 
 Array = NDArray[np.float64]
 SHARES = (0.05, 0.5, 0.95)
-
-
-class ObservationError(Exception):
-    """An observed deposit cannot be used; ``str()`` says why."""
-
-
-@dataclass(frozen=True)
-class Observed:
-    """An observed deposit on the cells of a store.
-
-    covered : (cells,) whether each is part of it. depth : (cells,) its depth, m; None where only the outline
-    is known.
-    """
-
-    covered: NDArray[np.bool_]
-    depth: Array | None
-
-
-def read(path: Path, store: xr.Dataset, threshold: float) -> Observed:
-    """Read an observed deposit in the coordinates of the bed.
-
-    Parameters
-    ----------
-    path : Path
-        CSV with the columns x and y, the corners of an outline in order; or with x, y and depth, or NetCDF
-        with a variable ``depth`` over x and y: a survey on places, of which each cell takes the mean of those
-        within it. Lengths in m.
-    store : Dataset
-        The store whose cells it is brought on.
-    threshold : float
-        Depth above which a cell is part of the deposit, m.
-
-    Raises
-    ------
-    ObservationError
-        If the file is none of these, or no cell is part of the deposit.
-    OSError
-        If it cannot be read.
-    """
-    cells = Cells(store)
-    table = _table(path)
-    if not np.isfinite(table.to_numpy(np.float64)).all():
-        raise ObservationError(f"{path}: expected finite numbers in all rows")
-    places = table[["x", "y"]].to_numpy(np.float64)
-    if "depth" in table:
-        depth = _means(cells, places, table["depth"].to_numpy(np.float64))
-        covered = depth > threshold
-    else:
-        if len(places) < 3:
-            raise ObservationError(f"{path}: expected 3 or more corners of an outline, found {len(places)}")
-        depth, covered = None, Outline(np.vstack([places, places[:1]])).contains_points(cells.points)
-    if not covered.any():
-        raise ObservationError(f"{path}: no cell of {store.attrs['title']} is part of the deposit")
-    return Observed(covered, depth)
-
-
-def _table(path: Path) -> pd.DataFrame:
-    """Give the places of a file as the columns x, y and perhaps depth."""
-    try:
-        if path.suffix == ".nc":
-            with xr.open_dataset(path) as survey:
-                table = survey["depth"].to_dataframe().reset_index().dropna(subset=["depth"])
-        else:
-            table = pd.read_csv(path)
-        names = [name for name in ("x", "y", "depth") if name in table]
-        if names[:2] != ["x", "y"]:
-            raise KeyError("x and y")
-        return table[names].astype(np.float64)
-    except (KeyError, ValueError) as error:
-        raise ObservationError(f"{path}: expected x, y and perhaps depth, in m: {error}") from error
-
-
-def _means(cells: Cells, places: Array, depth: Array) -> Array:
-    """Mean depth of the places within each cell, 0 in cells without one that lie apart, shape (cells,)."""
-    tree = KDTree(cells.points)
-    _, index = tree.query(places)
-    count = np.bincount(index, minlength=len(cells.points))
-    total = np.bincount(index, depth, minlength=len(cells.points))
-    mean = total / np.maximum(count, 1)
-    # a survey coarser than the cells: a cell between its places takes the depth of the nearest
-    survey = KDTree(places)
-    apart = survey.query(places, k=2)[0][:, 1] if len(places) > 1 else np.zeros(1)
-    reach = np.sqrt(0.5) * float(np.median(apart))
-    near, at = survey.query(cells.points)
-    found: Array = np.where(count > 0, mean, np.where(near <= reach, depth[at], 0.0))
-    return found
 
 
 def score(store: xr.Dataset, observed: Observed, threshold: float) -> pd.DataFrame:

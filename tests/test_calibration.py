@@ -1,10 +1,16 @@
 import numpy as np
 import pandas as pd
+import pyogrio
 import pytest
+import rasterio
+import shapely
 import xarray as xr
+from rasterio.transform import from_origin
+from rasterio.warp import transform
 from synthetic import store
 
-from pipeline.calibration import ObservationError, posterior, read, score
+from pipeline.calibration import posterior, score
+from pipeline.observed import ObservationError, read
 from pipeline.variables import Status
 
 SCORES = ["hit_rate", "false_alarm_ratio", "runout_misfit"]
@@ -51,6 +57,43 @@ def test_surveyed_depths_score_volume_too(made, tmp_path):
     assert first["critical_success_index"].idxmax() == 2
     assert first.loc[2, "volume_misfit"] == pytest.approx(-0.5)
     assert first.loc[2, "depth_rmse"] == pytest.approx(1)
+
+
+GROUND = "georeference: {crs: 'EPSG:2056', origin: [2700000, 1200000], azimuth: 90}\n"
+
+
+def on_map(made):
+    # with an azimuth of 90 degrees x points east and y north
+    return made.assign_attrs(scenario=made.attrs["scenario"] + GROUND)
+
+
+@pytest.mark.parametrize(("name", "crs"), [("a.gpkg", "EPSG:2056"), ("a.geojson", "EPSG:4326")])
+def test_polygons_on_the_map_are_outlines_in_any_reference_system(made, outline, tmp_path, name, crs):
+    corners = [(2.5, -1), (6.5, -1), (6.5, 5), (2.5, 5), (2.5, -1)]
+    x, y = transform("EPSG:2056", crs, *zip(*((2700000 + x, 1200000 + y) for x, y in corners), strict=True))
+    shape = shapely.to_wkb(shapely.Polygon(list(zip(x, y, strict=True))))
+    path = tmp_path / name
+    pyogrio.raw.write(path, np.array([shape], object), [], [], crs=crs, geometry_type="Polygon")
+    found = read(path, on_map(made), 0.1)
+    assert (found.covered == read(outline, made, 0.1).covered).all()
+    assert found.depth is None
+    with pytest.raises(ObservationError, match="expected a scenario with a georeference"):
+        read(path, made, 0.1)
+
+
+def test_a_raster_on_the_map_is_a_survey(made, tmp_path):
+    path = tmp_path / "depth.tif"
+    # cells of 1 m, row 0 in the north; nodata beyond x = 6
+    depth = np.full((5, 10), -9999.0, np.float32)
+    depth[:, 3:7] = 2
+    depth[:, :3] = 0
+    place = {"crs": "EPSG:2056", "transform": from_origin(2699999.5, 1200004.5, 1, 1), "nodata": -9999}
+    size = {"height": 5, "width": 10, "count": 1, "dtype": "float32"}
+    with rasterio.open(path, "w", "GTiff", **size, **place) as raster:
+        raster.write(depth, 1)
+    found = read(path, on_map(made), 0.1)
+    assert found.depth.reshape(5, 10).tolist() == [[0, 0, 0, 2, 2, 2, 2, 0, 0, 0]] * 5
+    assert score(made, found, 0.1).loc[0, "volume_misfit"] == pytest.approx(-0.5)
 
 
 def test_accepted_runs_narrow_the_parameters(made, outline):
