@@ -48,6 +48,8 @@ def study(
 ) -> None:
     """Do a sweep of short runs as a user does, and a small part of it before, and print what they took."""
     with tempfile.TemporaryDirectory() as folder:
+        # the first may compile the solver
+        _measured(Path(folder, "first"), VOLUMES, workers, spacing)
         small = _measured(Path(folder, "small"), VOLUMES, workers, spacing)
         large = _measured(Path(folder, "large"), runs, workers, spacing)
     used, solver, elapsed = large.used, large.solver, large.elapsed
