@@ -84,6 +84,8 @@ def ensemble(store: xr.Dataset, spacing: float | None = None) -> xr.Dataset:
     runs = store[[*kept, STATUS.name]]
     if not any(runs[name].chunks for name in kept):
         runs = runs.chunk({"run": _at_once(store)})
+    # a handful of numbers, looked at again and again
+    runs[STATUS.name] = store[STATUS.name].load()
     if "point" in store.dims:
         runs = gridded(runs.assign_coords(area=store["area"]), spacing or mean_spacing(store))
     on_run = {"weight", "return_period"} & set(store.variables)

@@ -124,8 +124,11 @@ def _index(row: Mapping[Hashable, Any]) -> str:
 
 
 def _bounded(row: Mapping[Any, Any], estimate: str, lower: str, upper: str) -> str:
-    values = [f"{row[name]:.2f}" for name in (estimate, lower, upper)]
-    return values[0] if values[1] == values[2] else f"{values[0]} ({values[1]} to {values[2]})"
+    return _between(*(f"{row[name]:.2f}" for name in (estimate, lower, upper)))
+
+
+def _between(value: str, lower: str, upper: str) -> str:
+    return value if lower == upper else f"{value} ({lower} to {upper})"
 
 
 def quantiles(store: xr.Dataset) -> Table | None:
@@ -134,7 +137,7 @@ def quantiles(store: xr.Dataset) -> Table | None:
     rows = [
         [
             f"{str(row['quantity']).replace('_', ' ')} ({row['units']})",
-            *(_bounded(row, name, f"{name}_lower", f"{name}_upper") for name in names),
+            *(_between(*(number(row[name + end]) for end in ("", "_lower", "_upper"))) for name in names),
         ]
         for row in assessment.quantiles(store)
     ]
