@@ -128,7 +128,7 @@ def campaign(
     """
     from distributed import as_completed
 
-    from pipeline.batch import workers as started
+    from pipeline.local_workers import workers as started
 
     if chosen is None:
         todo = [(draw(seed, k), is_repeated(seed, k)) for k in range(scenes)]

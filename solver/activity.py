@@ -274,13 +274,12 @@ def moving_volume_exceeds(
     Once a run has started, one of them has to move: what a step leaves all at rest is left so by the next,
     even where a single face is steeper than friction holds.
     """
-    h, moves = now.h, not started
-    m, depth = grid.stride, volume / (grid.dx * grid.dy)
+    m, depth, moves = grid.stride, volume / (grid.dx * grid.dy), not started
     for j in range(GHOSTS, grid.rows - GHOSTS):
         both = images(sides, j)
         for i in range(j * m + spans.moving[0, j], j * m + spans.moving[1, j]):
             if still[i] == 0.0:
-                depth -= both * h[i]
+                depth -= both * now.h[i]
                 moves |= (now.u[i] != 0.0) | (now.v[i] != 0.0)
                 if moves and depth < 0.0:
                     return True

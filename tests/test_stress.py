@@ -83,8 +83,9 @@ def test_the_laws_see_what_breaks_them():
     assert broken(laws.of_state(changed(state, h=np.where(wet, np.nan, 0)))) == {"values are finite"}
     assert "depth is not negative" in broken(laws.of_state(changed(state, h=state.h - 1e-20)))
     assert broken(laws.of_state(changed(state, h=state.h * (1 + 1e-11)))) == {"ledger of volume"}
-    fast = changed(state, u=np.where(state.h == state.h[wet].min(), 100.0, state.u))
-    assert broken(laws.of_state(fast)) == {"speed has a source"}
+    film = (state.h > 0) & (state.h == state.h[state.h > 1e-3].min())
+    fast = changed(state, u=np.where(film, 60.0, state.u))
+    assert "speed has a source" in broken(laws.of_state(fast))
     assert broken(laws.of_state(changed(state, u=state.u + 20.0))) >= {"kinetic energy has a source"}
 
 
