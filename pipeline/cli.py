@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pipeline import assessment_commands, map_commands
+from pipeline import assessment_commands, map_commands, stress_command
 from pipeline.options import (
     BAD_INPUT,
     TROUBLE,
@@ -246,6 +246,7 @@ for command in (
     assessment_commands.sensitivity,
     assessment_commands.calibrate,
     map_commands.report,
+    stress_command.stress,
 ):
     app.command()(command)
 

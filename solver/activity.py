@@ -16,11 +16,15 @@ HOLDS = 1.0 + 1e-12
 
 
 class Bed(NamedTuple):
-    """Along x, padded shape (nx + 4,): g sin xi, g cos xi (m s-2) and the curvature kappa (m-1)."""
+    """Along x, padded shape (nx + 4,): g sin xi, g cos xi (m s-2), the curvature kappa (m-1).
+
+    falling : wave rate (s-1) that gives the longest step from rest, from `falling_rate`.
+    """
 
     along: Array
     normal: Array
     curvature: Array
+    falling: Array
 
 
 class Material(NamedTuple):
@@ -132,10 +136,10 @@ def classify(
     Returns
     -------
     float
-        Largest ``(|u| + c_x)/dx + (|v| + c_y)/dy`` of a wet cell, s-1.
+        Largest ``(|u| + c_x)/dx + (|v| + c_y)/dy`` of a wet cell, or what gravity needs there, s-1.
     """
     m, still = grid.stride, status.still
-    fill_ghosts(now, status.beta_x, sides, grid, GHOSTS, grid.rows - GHOSTS - 1)
+    fill_ghosts(now, status.beta_x, status.beta_y, sides, grid, GHOSTS, grid.rows - GHOSTS - 1)
     spans.rate[:] = 0.0
     for j in range(GHOSTS, grid.rows - GHOSTS):
         lo, hi = spans.wet[0, j], spans.wet[1, j]
@@ -176,7 +180,8 @@ def classify(
                 ),
             )
     for c in range(m):
-        rate = max(rate, spans.rate[c])
+        if spans.rate[c] > 0.0:
+            rate = max(rate, spans.rate[c], bed.falling[c])
     return rate
 
 
@@ -262,16 +267,21 @@ def comes_to(spans: Indices, grid: Grid, sides: NDArray[np.bool_], first: int, l
 
 @kernel()
 def moving_volume_exceeds(
-    h: Array, still: Array, spans: Spans, sides: Sides, grid: Grid, volume: float
+    now: Fields, still: Array, spans: Spans, sides: Sides, grid: Grid, volume: float, started: bool
 ) -> bool:
-    """Whether cells that are not still hold more than a volume, m3, or a given depth drives a side."""
-    m, depth = grid.stride, volume / (grid.dx * grid.dy)
+    """Whether cells that are not still hold more than a volume, m3, or a given depth drives a side.
+
+    Once a run has started, one of them has to move: what a step leaves all at rest is left so by the next,
+    even where a single face is steeper than friction holds.
+    """
+    m, depth, moves = grid.stride, volume / (grid.dx * grid.dy), not started
     for j in range(GHOSTS, grid.rows - GHOSTS):
         both = images(sides, j)
         for i in range(j * m + spans.moving[0, j], j * m + spans.moving[1, j]):
             if still[i] == 0.0:
-                depth -= both * h[i]
-                if depth < 0.0:
+                depth -= both * now.h[i]
+                moves |= (now.u[i] != 0.0) | (now.v[i] != 0.0)
+                if moves and depth < 0.0:
                     return True
         for k, ghost in ((0, GHOSTS - 1), (1, m - GHOSTS)):
             if sides.kind[k] == DEPTH and still[j * m + ghost] == 0.0:

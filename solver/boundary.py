@@ -10,6 +10,8 @@ from solver.riemann import Fluxes
 
 GHOSTS = 2
 OPEN, WALL, NO_SLIP, DEPTH = 0, 1, 2, 3
+# What has this share of a given depth at least may be of the layer that is fed.
+LAYER = 0.5
 # A flow that is its own mirror image is computed on one half: the axis goes through the outermost cells, or
 # between them and their images.
 AXIS, MIDLINE = 4, 5
@@ -47,13 +49,44 @@ class Sides(NamedTuple):
 
 
 @kernel()
+def leaving_at_depth(leaving: float, h: float, depth: float, beta: float) -> float:
+    """Outward velocity beyond a side of given depth, m s-1.
+
+    What the flow inside sends out is its invariant ``leaving + 2 c``; where it is slower than its waves the
+    depth outside gives the rest, up to waves that stand. Were its own velocity fed back to it instead, it
+    would feed itself. What is faster than its waves goes out as it is, or comes in as the layer it is of; a
+    film is of none.
+
+    Parameters
+    ----------
+    leaving, h : float
+        Outward velocity (m s-1) and depth (m) of the cell inside.
+    depth, beta : float
+        Given depth, m, and g cos(xi) K of the cell, m s-2.
+    """
+    inside, outside = math.sqrt(beta * h), math.sqrt(beta * depth)
+    if leaving >= inside > 0.0 or (leaving < -inside and h >= LAYER * depth):
+        return leaving
+    return max(leaving + 2.0 * (inside - outside), -outside)
+
+
+@kernel()
+def leaning(h: float, rise: float) -> float:
+    """Depth of a ghost beyond a wall that its image leans on, m.
+
+    On a slope steeper than friction what lies against a wall is deeper toward it; ghosts continue the least
+    such slope, since the mirror image alone would carry half of the weight and never let it rest. What is too
+    thin to lean over its whole cell shows the wall no more than twice its depth, as it does other cells: the
+    wall would push it off otherwise.
+    """
+    return min(max(0.0, h + rise), 2.0 * h)
+
+
+@kernel()
 def ghosts_beyond(
-    h: Array, n: Array, t: Array, cell: int, outward: int, kind: int, depth: float, rise: float
+    h: Array, n: Array, t: Array, cell: int, outward: int, kind: int, depth: float, beta: float, rise: float
 ) -> None:
     """Fill the ghosts beyond one outermost cell.
-
-    On a slope steeper than friction what lies against a wall is deeper toward it; the ghosts continue the
-    least such slope, since the mirror image alone would carry half of the weight and never let it rest.
 
     Parameters
     ----------
@@ -62,41 +95,50 @@ def ghosts_beyond(
     cell, outward : int
         Index of the cell and distance in memory to the first ghost.
     kind : int
-        OPEN and DEPTH continue the velocity; WALL, AXIS and MIDLINE mirror the normal, NO_SLIP both
-        velocities.
-    depth : float
-        Depth outside a DEPTH side, m.
+        OPEN continues the velocity, DEPTH the invariant; WALL, AXIS and MIDLINE mirror the normal, NO_SLIP
+        both velocities.
+    depth, beta : float
+        Depth outside a DEPTH side, m, and g cos(xi) K of the cell, m s-2.
     rise : float
         Change of depth per spacing outward that gravity needs at a wall, m.
     """
     for k in range(GHOSTS):
         ghost, mirror = cell + (k + 1) * outward, cell - (k + 1 if kind == AXIS else k) * outward
         if kind in (WALL, NO_SLIP, AXIS, MIDLINE):
-            h[ghost], n[ghost] = max(0.0, h[mirror] + (2 * k + 1) * rise), -n[mirror]
+            h[ghost], n[ghost] = leaning(h[mirror], (2 * k + 1) * rise), -n[mirror]
             t[ghost] = -t[mirror] if kind == NO_SLIP else t[mirror]
+        elif kind == OPEN:
+            h[ghost], n[ghost], t[ghost] = h[cell], n[cell], t[cell]
         else:
-            h[ghost], n[ghost], t[ghost] = h[cell] if kind == OPEN else depth, n[cell], t[cell]
+            sign = 1.0 if outward > 0 else -1.0
+            h[ghost], t[ghost] = depth, t[cell]
+            n[ghost] = sign * leaving_at_depth(sign * n[cell], h[cell], depth, beta)
 
 
 @kernel()
-def fill_ghosts(now: Fields, beta_x: Array, sides: Sides, grid: Grid, first: int, last: int) -> None:
+def fill_ghosts(
+    now: Fields, beta_x: Array, beta_y: Array, sides: Sides, grid: Grid, first: int, last: int
+) -> None:
     """Fill the ghost cells of rows ``first`` to ``last``, and the ghost rows near them.
 
-    beta_x : g cos(xi) K_x (eq. 7), m s-2, flat array of the padded lattice.
+    beta_x, beta_y : g cos(xi) K (eq. 7), m s-2, flat arrays of the padded lattice.
     """
     h, u, v = now
     m, rows = grid.stride, grid.rows
     kind, depth, lean = sides
     for j in range(max(first - GHOSTS, 0), min(last + GHOSTS, rows - 1) + 1):
         west, east = j * m + GHOSTS, j * m + m - GHOSTS - 1
-        ghosts_beyond(h, u, v, west, -1, kind[0], depth[0], -lean[0] * grid.dx / beta_x[west])
-        ghosts_beyond(h, u, v, east, 1, kind[1], depth[1], lean[1] * grid.dx / beta_x[east])
+        low, high = beta_x[west], beta_x[east]
+        ghosts_beyond(h, u, v, west, -1, kind[0], depth[0], low, -lean[0] * grid.dx / low)
+        ghosts_beyond(h, u, v, east, 1, kind[1], depth[1], high, lean[1] * grid.dx / high)
     if first < 2 * GHOSTS:
         for i in range(m):
-            ghosts_beyond(h, v, u, GHOSTS * m + i, -m, kind[2], depth[2], 0.0)
+            cell = GHOSTS * m + i
+            ghosts_beyond(h, v, u, cell, -m, kind[2], depth[2], beta_y[cell], 0.0)
     if last >= rows - 2 * GHOSTS:
         for i in range(m):
-            ghosts_beyond(h, v, u, (rows - GHOSTS - 1) * m + i, m, kind[3], depth[3], 0.0)
+            cell = (rows - GHOSTS - 1) * m + i
+            ghosts_beyond(h, v, u, cell, m, kind[3], depth[3], beta_y[cell], 0.0)
 
 
 @kernel()

@@ -47,6 +47,17 @@ def braked(
 
 
 @kernel()
+def loaded(before: float, after: float) -> float:
+    """Depth that gravity and friction act on in a stage, m, by the depths before and after it.
+
+    It is the one before, but at most twice the one after: what is left of a cell that runs dry would
+    otherwise be given the momentum of all that has left it.
+    """
+    left = 2.0 * after if after > 0.0 else 0.0
+    return before if before < left else left
+
+
+@kernel()
 def dragged(speed: float, h: float, drag: float) -> float:
     """Share of a speed (m s-1) that turbulent drag leaves at depth h (m); drag as in `drag_row`."""
     resistance = 4.0 * drag * speed / (h if h > 0.0 else 1.0)
@@ -102,8 +113,9 @@ def update_row(
         gain_u = (x_fluxes.normal[w] - x_fluxes.normal[e]) * over_x
         gain_u += (y_fluxes.tangential[s] - y_fluxes.tangential[n]) * over_y
         free = 1.0 - (status.still[i] if h_0 > dry else 0.0)
+        load = loaded(h_1, h_1 + dt * gain)
         drive_u = (
-            status.beta_x[i] * (x_fluxes.pressure[w] - x_fluxes.pressure[e]) * over_x + bed.along[c] * h_1
+            status.beta_x[i] * (x_fluxes.pressure[w] - x_fluxes.pressure[e]) * over_x + bed.along[c] * load
         )
         gain_u += free * drive_u
         gain_v = (x_fluxes.tangential[w] - x_fluxes.tangential[e]) * over_x
@@ -113,7 +125,7 @@ def update_row(
         h = h_0 + part * ((h_1 - h_0) + dt * gain)
         hu += part * ((h_1 * now.u[i] - hu) + dt * gain_u)
         hv += part * ((h_1 * now.v[i] - hv) + dt * gain_v)
-        per_depth = braked(hu, hv, h, now.u[i], h_1, bed.normal[c], bed.curvature[c], braking, dry)
+        per_depth = braked(hu, hv, h, now.u[i], load, bed.normal[c], bed.curvature[c], braking, dry)
         out.h[i], out.u[i], out.v[i] = h, hu * per_depth, hv * per_depth
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.activity import Status
-from solver.boundary import DEPTH, LANES, Sides
+from solver.boundary import DEPTH, LANES, Fields, Sides
 from solver.cloud_faces import Faces
 from solver.cloud_reconstruction import Gradient
 from solver.compiled import Array, Indices, kernel
@@ -22,11 +22,12 @@ Flags = NDArray[np.uint8]
 
 
 class CloudBed(NamedTuple):
-    """At each cell: g sin xi, g cos xi (m s-2) and the curvature kappa (m-1)."""
+    """At each cell: g sin xi, g cos xi (m s-2), the curvature kappa (m-1), and a rate as in `Bed`."""
 
     along: Array
     normal: Array
     curvature: Array
+    falling: Array
 
 
 class Blocks(NamedTuple):
@@ -145,21 +146,24 @@ def spread_blocks(still: Array, faces: Faces, blocks: Blocks, activity: Activity
 
 @kernel()
 def moving_volume_exceeds(
-    h: Array,
+    now: Fields,
     status: Status,
     area: Array,
     sides: Sides,
     faces: Faces,
     activity: Activity,
     volume: float,
+    started: bool,
 ) -> bool:
-    """Whether cells that are not still hold more than a volume, m3, or a given depth drives a side."""
+    """As `solver.activity.moving_volume_exceeds`."""
+    moves = not started
     for r in range(activity.counts[0]):
         start, stop = activity.stepped_runs[r]
         for i in range(start, stop):
             if status.still[i] == 0.0:
-                volume -= h[i] * area[i]
-                if volume < 0.0:
+                volume -= now.h[i] * area[i]
+                moves |= (now.u[i] != 0.0) | (now.v[i] != 0.0)
+                if moves and volume < 0.0:
                     return True
         for b in range(faces.first_side[start // LANES], faces.first_side[stop // LANES]):
             if sides.kind[faces.side[b]] == DEPTH and status.still[faces.cells + b] == 0.0:

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.boundary import DEPTH, LANES, NO_SLIP, WALL, Fields, Sides
+from solver.boundary import DEPTH, LANES, NO_SLIP, WALL, Fields, Sides, leaving_at_depth
 from solver.compiled import Array, Indices, Numbers, kernel
 from solver.voronoi import SIDE_NORMALS, ControlVolumes
 
@@ -145,16 +145,15 @@ def beyond(faces: Faces, half: int) -> tuple[int, int, float]:
 
 
 @kernel()
-def fill_ghosts_beyond(now: Fields, beta_x: Array, faces: Faces, sides: Sides, start: int, stop: int) -> None:
-    """Fill some ghosts; WALL mirrors the normal, NO_SLIP both velocities, DEPTH gives the depth outside.
-
-    Beyond a wall that leans they continue the least slope of depth that gravity needs, as
-    `solver.boundary.ghosts_beyond`.
+def fill_ghosts_beyond(
+    now: Fields, beta_x: Array, beta_y: Array, faces: Faces, sides: Sides, start: int, stop: int
+) -> None:
+    """Fill some ghosts, as `solver.boundary.ghosts_beyond`; walls are shown no more than their cells show.
 
     Parameters
     ----------
-    beta_x : array
-        g cos(xi) K_x (eq. 7) of the cells, m s-2.
+    beta_x, beta_y : arrays
+        g cos(xi) K (eq. 7) of the cells, m s-2.
     start, stop : int
         Numbers of the boundary faces.
     """
@@ -168,3 +167,9 @@ def fill_ghosts_beyond(now: Fields, beta_x: Array, faces: Faces, sides: Sides, s
             h[ghost] = sides.depth[side] if kind == DEPTH else h[i]
         u[ghost] = -u[i] if kind == NO_SLIP or (kind == WALL and side < 2) else u[i]
         v[ghost] = -v[i] if kind == NO_SLIP or (kind == WALL and side >= 2) else v[i]
+        if kind == DEPTH:
+            sign = 1.0 if side % 2 == 1 else -1.0
+            if side < 2:
+                u[ghost] = sign * leaving_at_depth(sign * u[i], h[i], sides.depth[side], beta_x[i])
+            else:
+                v[ghost] = sign * leaving_at_depth(sign * v[i], h[i], sides.depth[side], beta_y[i])

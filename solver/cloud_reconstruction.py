@@ -8,12 +8,16 @@ from typing import NamedTuple
 import numpy as np
 
 from solver.activity import Status
-from solver.boundary import Fields
-from solver.cloud_faces import HELD, whole_blocks
+from solver.boundary import DEPTH, Fields, Sides
+from solver.cloud_faces import HELD, Faces, whole_blocks
 from solver.compiled import Array, Numbers, kernel
 from solver.moving_least_squares import Approximation
 from solver.reconstruction import AHEAD, FRONT
 
+# What is behind a front has this share of its speed at least.
+FOLLOWS = 0.25
+# Share of the depth toward a neighbour that a cell shows it at least, however far off the face stands.
+LEAST = 0.1
 # Neighbours taken at a time: their sums stay in registers.
 GROUP = 4
 
@@ -88,6 +92,18 @@ def slopes_at(now: Fields, gradient: Gradient, start: int, stop: int, dry: float
 
 
 @kernel()
+def flatten_fed(slopes: Array, faces: Faces, sides: Sides, start: int, stop: int) -> None:
+    """Take the slopes of velocity out of cells beside some boundary faces, where these have a given depth.
+
+    What comes in there has the velocity of the cell. Would it pass the cell on slower, the cell would gain
+    speed from nothing, and feed it to itself.
+    """
+    for b in range(start, stop):
+        if sides.kind[faces.side[b]] == DEPTH:
+            slopes[2:, int(faces.left[faces.outer + b])] = 0.0
+
+
+@kernel()
 def limited_step(gap: float, ahead: float, part: float, steepness: float) -> float:
     """Step from a cell's mean toward the cell beyond a face, to where the face stands.
 
@@ -133,7 +149,8 @@ def shown(
     Along the way to the cell beyond it is the reconstruction on a lattice, with its limiter, its minmod where
     the flow is being stopped and its rule at fronts; what is behind the cell is read off the gradient. The
     rest of the way, to the midpoint, follows the gradient. Depth stays between zero and twice the mean, as
-    it does on a lattice.
+    it does on a lattice, and above LEAST of it where the cell moves to a dry one: a thin one beside a deep
+    one would show nothing anywhere, and fall without going anywhere.
 
     Parameters
     ----------
@@ -153,10 +170,14 @@ def shown(
     ahead, behind = ahead if h_beyond > dry else n, behind if h_behind > dry else n
     slower = min(abs(ahead), abs(behind))
     steepness = 1.0 if slower < sign * (behind - ahead) else 2.0
-    depth = h + limited_step(h_gap, h_beyond - h, part, steepness) + h_off
-    depth = depth if depth > 0.0 else 0.0
+    toward = h + limited_step(h_gap, h_beyond - h, part, steepness)
+    least = LEAST * toward if (h_beyond <= dry) & (sign * n > 0.0) else 0.0
+    depth = toward + h_off
+    depth = depth if depth > least else least
     depth = depth if depth < 2.0 * h else 2.0 * h
-    hidden = (h_beyond <= dry) & (h < FRONT * h_behind)
+    # what is behind a front follows it; it is read off a gradient here, so that a part of the speed must do
+    led = (sign * n <= 0.0) | (sign * (n_beyond - 2.0 * n_gap) > FOLLOWS * (sign * n))
+    hidden = (h_beyond <= dry) & (h < FRONT * h_behind) & led
     return (
         0.0 if hidden else depth,
         n + limited_step(n_gap, n_beyond - n, part, steepness) + n_off,
@@ -219,6 +240,8 @@ def sides_shown(
         t_i, t_j = n_x * v_i - n_y * u_i, n_x * v_j - n_y * u_j
         n_xi, n_yi = n_x * slopes[2, i] + n_y * slopes[4, i], n_x * slopes[3, i] + n_y * slopes[5, i]
         t_xi, t_yi = n_x * slopes[4, i] - n_y * slopes[2, i], n_x * slopes[5, i] - n_y * slopes[3, i]
+        b_xi, b_yi, b_xj, b_yj = status.beta_x[i], status.beta_y[i], status.beta_x[j], status.beta_y[j]
+        b_i, b_j = b_xi * (n_x * n_x) + b_yi * (n_y * n_y), b_xj * (n_x * n_x) + b_yj * (n_y * n_y)
         h_low[k_], n_low[k_], t_low[k_] = shown(
             h_i,
             n_i,
@@ -255,9 +278,7 @@ def sides_shown(
             -1.0,
             dry,
         )
-        b_xi, b_yi, b_xj, b_yj = status.beta_x[i], status.beta_y[i], status.beta_x[j], status.beta_y[j]
-        c_low[k_] = math.sqrt((b_xi * (n_x * n_x) + b_yi * (n_y * n_y)) * h_i)
-        c_high[k_] = math.sqrt((b_xj * (n_x * n_x) + b_yj * (n_y * n_y)) * h_j)
+        c_low[k_], c_high[k_] = math.sqrt(b_i * h_i), math.sqrt(b_j * h_j)
         s_i, s_j = status.still[i], status.still[j]
         still[k_], still[chunk + k_] = s_i, s_j
         l_x, l_y = g[6, f] * n_x, g[6, f] * n_y

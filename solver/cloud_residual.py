@@ -12,11 +12,11 @@ import numpy as np
 
 from solver.activity import Material, Status
 from solver.boundary import LANES, Fields, Sides
-from solver.cell_update import braked, drag_row
+from solver.cell_update import braked, drag_row, loaded
 from solver.cloud_activity import Activity, CloudBed
 from solver.cloud_faces import HELD, ROOM, Faces, beyond, fill_ghosts_beyond, half_of
 from solver.cloud_fluxes import CloudBuffers, fluxes_through
-from solver.cloud_reconstruction import Gradient, slopes_at
+from solver.cloud_reconstruction import Gradient, flatten_fed, slopes_at
 from solver.compiled import Array, Numbers, kernel
 from solver.weighted_residual import SPARE
 
@@ -124,12 +124,13 @@ def update_run(
         i = np.uint64(k)
         h_0, h_1, u_1, v_1 = start.h[i], now.h[i], now.u[i], now.v[i]
         over = 1.0 / area[i]
-        pull = 0.0 if status.still[i] == HELD else bed.along[i] * h_1
+        load = loaded(h_1, h_1 + dt * (gain[0, i] * over))
+        pull = 0.0 if status.still[i] == HELD else bed.along[i] * load
         hu, hv = h_0 * start.u[i], h_0 * start.v[i]
         h = h_0 + part * ((h_1 - h_0) + dt * (gain[0, i] * over))
         hu += part * ((h_1 * u_1 - hu) + dt * (gain[1, i] * over + pull))
         hv += part * ((h_1 * v_1 - hv) + dt * (gain[2, i] * over))
-        per_depth = braked(hu, hv, h, u_1, h_1, bed.normal[i], bed.curvature[i], braking, dry)
+        per_depth = braked(hu, hv, h, u_1, load, bed.normal[i], bed.curvature[i], braking, dry)
         out.h[i], out.u[i], out.v[i] = h, hu * per_depth, hv * per_depth
     if material.drag > 0.0:
         drag_row(out, first, last - first, part * dt * material.drag)
@@ -169,9 +170,10 @@ def cloud_stage(
         for r in range(activity.counts[2]):
             a, b = activity.sloped_runs[r]
             slopes_at(now, gradient, a, b, material.dry, buffers.slopes)
+            flatten_fed(buffers.slopes, faces, sides, first_side[a // LANES], first_side[b // LANES])
     # boundary faces are few: all from the first to the last that take part
     a, b = first_side[runs[0, 0] // LANES], first_side[runs[activity.counts[0] - 1, 1] // LANES]
-    fill_ghosts_beyond(now, status.beta_x, faces, sides, a, b)
+    fill_ghosts_beyond(now, status.beta_x, status.beta_y, faces, sides, a, b)
     fluxes_through(now, status, faces, sides, material.dry, buffers, faces.outer + a, faces.outer + b)
     at, rationed = 0, False
     for r in range(activity.counts[1]):

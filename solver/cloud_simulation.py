@@ -17,7 +17,7 @@ from solver.cloud_stepping import advance_cloud, record_cells
 from solver.compiled import Array
 from solver.point_cloud import PointCloud
 from solver.rheology import PressureCoefficients
-from solver.run_setup import Carried, Run, by_name, gravity_along_and_normal, state_of
+from solver.run_setup import Carried, Run, by_name, falling_rate, gravity_along_and_normal, state_of
 from solver.scene import Scene
 from solver.time_stepping import SSP_RK3, Record
 
@@ -62,7 +62,9 @@ class CloudRun(Run):
         self.now, *self.stages = (Fields(*(aligned(a) for a in padded)) for _ in range(3))
         self.area = aligned(np.pad(volumes.area, (0, spare), mode="edge"))
         x, y = (np.pad(a, (0, spare), mode="edge") for a in volumes.centroid.T)
-        bed = CloudBed(*gravity_along_and_normal(scene, x, y), scene.terrain.curvature(x, y))
+        widths = operators.tables.widths
+        falling = falling_rate(scene, x, y, widths[0])
+        bed = CloudBed(*gravity_along_and_normal(scene, x, y), scene.terrain.curvature(x, y), falling)
         self.bed = all_aligned(bed)
         load = np.concatenate([self.bed.normal, self.bed.normal[volumes.side_cell], np.ones(LANES)])
         active = PressureCoefficients(*self.material.pressure)

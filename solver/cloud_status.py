@@ -10,7 +10,7 @@ from solver.activity import HOLDS, Material, Status
 from solver.boundary import DEPTH, LANES, NO_SLIP, WALL, Fields, Sides
 from solver.cloud_activity import Activity, CloudBed
 from solver.cloud_faces import DRY, HELD, Faces, beyond, fill_ghosts_beyond, half_of
-from solver.cloud_reconstruction import Gradient, slopes_at
+from solver.cloud_reconstruction import Gradient, flatten_fed, slopes_at
 from solver.compiled import Array, kernel
 from solver.voronoi import SIDE_NORMALS, ControlVolumes
 
@@ -76,6 +76,7 @@ def set_status(
         square = m_x * (u * u) + (1.0 - m_x) * (v * v) + 2.0 * m_xy * (u * v)
         mean, most = around * math.sqrt(square if square > 0.0 else 0.0), w_x * abs(u) + w_y * abs(v)
         leaving = (mean if mean < most else most) + waves
+        leaving = leaving if leaving > bed.falling[i] else bed.falling[i]
         rate[i] = leaving if wet else 0.0
 
 
@@ -170,8 +171,9 @@ def classify_cloud(
     for r in range(activity.counts[2]):
         start, stop = activity.sloped_runs[r]
         first, last = faces.first_side[start // LANES], faces.first_side[stop // LANES]
-        fill_ghosts_beyond(now, status.beta_x, faces, sides, first, last)
+        fill_ghosts_beyond(now, status.beta_x, status.beta_y, faces, sides, first, last)
         slopes_at(now, gradient, start, stop, material.dry, slopes)
+        flatten_fed(slopes, faces, sides, first, last)
         set_status(now, slopes, status, bed, material, widths, start, stop, rate)
         for b in range(start // LANES, stop // LANES):
             moves, top[b] = False, 0.0

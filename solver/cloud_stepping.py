@@ -115,7 +115,8 @@ def advance_cloud(
             buffers.rate,
         )
         cells = spread_blocks(status.still, faces, blocks, activity)
-        if not moving_volume_exceeds(now.h, status, area, sides, faces, activity, rest_volume):
+        started = progress.steps[0] > 0
+        if not moving_volume_exceeds(now, status, area, sides, faces, activity, rest_volume, started):
             return AT_REST
         remaining = target - progress.time[0]
         dt = step_length(rate, cfl, remaining, end)

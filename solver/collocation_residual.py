@@ -184,7 +184,7 @@ def earth_pressure(
         if h[i] > material.dry:
             rate = (abs(u[i]) + math.sqrt(beta[i, 0] * h[i])) * stencils.reach[row, 0]
             rate += (abs(v[i]) + math.sqrt(beta[i, 1] * h[i])) * stencils.reach[row, 1]
-            fastest = max(fastest, rate)
+            fastest = max(fastest, rate, bed.falling[i])
     return fastest
 
 

@@ -16,7 +16,7 @@ from solver.collocation_smoothing import Relaxation
 from solver.collocation_stepping import advance_collocation
 from solver.compiled import Array
 from solver.lattice import Lattice
-from solver.run_setup import Run, by_name, gravity_along_and_normal, state_of
+from solver.run_setup import Run, by_name, falling_rate, gravity_along_and_normal, state_of
 from solver.scene import Collocation, Scene
 from solver.time_stepping import SSP_RK3, Record
 from solver.voronoi import SIDE_NORMALS
@@ -123,7 +123,11 @@ class CollocationRun(Run):
         )
         self.now = Fields(h, u, v)
         x, y = (a.ravel() for a in scene.points.coordinates)
-        bed = (*gravity_along_and_normal(scene, x, y), scene.terrain.curvature(x, y))
+        bed = (
+            *gravity_along_and_normal(scene, x, y),
+            scene.terrain.curvature(x, y),
+            falling_rate(scene, x, y, operators.stencils.reach[:, 0]),
+        )
         self.bed = CloudBed(*(np.concatenate([a, a[operators.source]]) for a in bed))
         deepest = float(initial[0].max())
         self.relaxation = Relaxation(

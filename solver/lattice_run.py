@@ -15,7 +15,7 @@ from solver.lattice import Lattice
 from solver.reconstruction import FaceValues
 from solver.rheology import PressureCoefficients
 from solver.riemann import Fluxes
-from solver.run_setup import Carried, Run, by_name, gravity_along_and_normal, state_of
+from solver.run_setup import Carried, Run, by_name, falling_rate, gravity_along_and_normal, state_of
 from solver.scene import Scene
 from solver.time_stepping import Record, record_maxima
 from solver.weighted_residual import RING, Buffers
@@ -90,7 +90,11 @@ class LatticeRun(Run):
         )
         x = np.pad(lattice.x_points[window.west : window.east], GHOSTS, mode="edge")
         y = np.full_like(x, lattice.y_points.mean())
-        self.bed = Bed(*gravity_along_and_normal(self.scene, x, y), self.scene.terrain.curvature(x, y))
+        self.bed = Bed(
+            *gravity_along_and_normal(self.scene, x, y),
+            self.scene.terrain.curvature(x, y),
+            falling_rate(self.scene, x, y, 1.0 / lattice.dx),
+        )
         self.grid = Grid(ny + 2 * GHOSTS, nx + 2 * GHOSTS, lattice.dx, lattice.dy)
         size, stride = self.grid.rows * self.grid.stride, self.grid.stride
         self.now, *self.stages = (Fields(*(roomy(size) for _ in range(3))) for _ in range(3))

@@ -71,6 +71,8 @@ def face_values(
 
     A cell beside a dry one shows it no depth before it holds the share FRONT of what lies behind: a front
     would run ahead as a film otherwise, and most of the error of a flow is in the few cells along its front.
+    What lies behind has to follow, and the cell may be faster than it by no more than a front is, 2 c: what
+    has come off a heap at rest would stay for ever otherwise, and fall without going anywhere.
 
     Parameters
     ----------
@@ -99,8 +101,14 @@ def face_values(
         steepness = 1.0 if slower < lost else 2.0
         out.c[o] = math.sqrt(beta[i] * h[i])
         low, high = limited(h[i] - h[b], h[a] - h[i], steepness)
-        out.h_low[o] = 0.0 if (h[b] <= dry) & (h[i] < FRONT * h[a]) else h[i] - low
-        out.h_high[o] = 0.0 if (h[a] <= dry) & (h[i] < FRONT * h[b]) else h[i] + high
+        # a front follows what is behind it, at most as fast as that can send it
+        n_a, n_b = n[a], n[b]
+        more_a, more_b = n_a - here, here - n_b
+        more_a, more_b = more_a if more_a > 0.0 else 0.0, more_b if more_b > 0.0 else 0.0
+        led_a = (here >= 0.0) | ((n_a < 0.0) & (more_a * more_a <= 4.0 * (beta[a] * h[a])))
+        led_b = (here <= 0.0) | ((n_b > 0.0) & (more_b * more_b <= 4.0 * (beta[b] * h[b])))
+        out.h_low[o] = 0.0 if (h[b] <= dry) & (h[i] < FRONT * h[a]) & led_a else h[i] - low
+        out.h_high[o] = 0.0 if (h[a] <= dry) & (h[i] < FRONT * h[b]) & led_b else h[i] + high
         low, high = limited(n[i] - n[b], n[a] - n[i], steepness)
         out.n_low[o], out.n_high[o] = n[i] - low, n[i] + high
         low, high = limited(t[i] - t[b], t[a] - t[i], 2.0)

@@ -194,6 +194,23 @@ def gravity_along_and_normal(scene: Scene, x: Array, y: Array) -> tuple[Array, A
     return scene.gravity * np.sin(xi), scene.gravity * np.cos(xi)
 
 
+def falling_rate(scene: Scene, x: Array, y: Array, widths: Array | float) -> Array:
+    """Rate, s-1, whose step lets gravity alone, friction taken off, move nothing farther than waves may go.
+
+    The wave rate of a film at rest is next to nothing, and its first step would be as long as the slope.
+
+    Parameters
+    ----------
+    x, y : array
+        Places, m.
+    widths : array or float
+        Rate along x of a speed of 1 m s-1 in the cells there, m-1.
+    """
+    along, normal = gravity_along_and_normal(scene, x, y)
+    free = np.maximum(0.0, np.abs(along) - scene.friction.tangent * normal)
+    return np.asarray(np.sqrt(scene.scheme.cfl * free * widths))
+
+
 def material_of(scene: Scene, depth: Array, sides: Sides) -> Material:
     """Give friction, earth pressure and wet limit to the kernels; ``depth`` is the initial one, m."""
     friction = scene.friction

@@ -31,6 +31,7 @@ __all__ = [
     "Result",
     "Scene",
     "WeightedResidual",
+    "begin",
     "compile_kernels",
     "simulate",
 ]
@@ -154,7 +155,7 @@ def simulate(
     increasing = moments.ndim == 1 and len(moments) and moments[0] >= 0 and (np.diff(moments) > 0).all()
     if not increasing or not np.isfinite(moments).all():
         raise ValueError("times must be one or more increasing finite numbers, the first at least 0")
-    run = _begin(scene, float(moments[-1]), arrival_depth, skip)
+    run = begin(scene, float(moments[-1]), arrival_depth, skip)
     depth, velocity_x, velocity_y = kept = [
         np.full((len(moments) if name in frames else 0, *scene.points.shape), np.nan) for name in FRAMES
     ]
@@ -203,7 +204,7 @@ def simulate(
     )
 
 
-def _begin(scene: Scene, end: float, arrival_depth: float, skip: bool) -> Run:
+def begin(scene: Scene, end: float, arrival_depth: float, skip: bool) -> Run:
     """Make the run that a scene's points and scheme ask for."""
     match kind_of(scene.points, scene.scheme):
         case "lattice":

@@ -156,7 +156,10 @@ def advance(
             return OUT_OF_STEPS
         rate = classify(now, status, bed, material, sides, grid, spans)
         first, last, cells = spread(spans, status.still, grid)
-        if first > last or not moving_volume_exceeds(now.h, status.still, spans, sides, grid, rest_volume):
+        started = progress.steps[0] > 0
+        if first > last or not moving_volume_exceeds(
+            now, status.still, spans, sides, grid, rest_volume, started
+        ):
             return AT_REST
         if comes_to(spans.stepped, grid, inner, first, last):
             return GROW

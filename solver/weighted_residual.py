@@ -173,7 +173,7 @@ def stage(
     beta_x, beta_y, still = status
     x_mass, y_mass = x_fluxes.mass, y_fluxes.mass
     west, east, low, high = sides.kind[0], sides.kind[1], sides.kind[2], sides.kind[3]
-    fill_ghosts(now, beta_x, sides, grid, first, last)
+    fill_ghosts(now, beta_x, beta_y, sides, grid, first, last)
     short_before = False
     for j in range(first - 1, last + 2):
         for k in range(j if j < first else j + 1, j + 2):

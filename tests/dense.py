@@ -28,38 +28,52 @@ class Flux(NamedTuple):
     pressure: np.ndarray
 
 
-def before(side, h, n, t, rise):
+def leaving_at_depth(leaving, h, depth, beta):
+    """Outward velocity beyond a side of given depth, by what the flow inside sends out."""
+    inside, outside = np.sqrt(beta * h), np.sqrt(beta * depth)
+    by_invariant = np.maximum(leaving + 2 * (inside - outside), -outside)
+    faster = ((leaving >= inside) & (inside > 0)) | ((leaving < -inside) & (h >= depth / 2))
+    return np.where(faster, leaving, by_invariant)
+
+
+def before(side, h, n, t, rise, beta):
     """Two ghosts before the first column; n is the velocity along the rows, rise gains depth at a wall."""
     mirrored = side in ("wall", "no-slip")
     mode = "symmetric" if mirrored else "edge"
     h, n, t = (np.pad(q, ((0, 0), (2, 0)), mode=mode) for q in (h, n, t))
     if mirrored:
         n[:, :2] *= -1
-        h[:, :2] = np.maximum(0, h[:, :2] + rise[:, None] * [3, 1])
+        h[:, :2] = np.minimum(np.maximum(0, h[:, :2] + rise[:, None] * [3, 1]), 2 * h[:, :2])
     if side == "no-slip":
         t[:, :2] *= -1
     if not isinstance(side, str):
+        n[:, :2] = -leaving_at_depth(-n[:, 2], h[:, 2], side, beta)[:, None]
         h[:, :2] = side
     return h, n, t
 
 
 def flipped(state):
-    return State(*(q[:, ::-1] for q in state))
+    """Turn the rows round, and with them the velocity along them."""
+    h, n, t = (q[:, ::-1] for q in state)
+    return State(h, -n, t)
 
 
 def transposed(state):
     return State(state.h.T, state.v.T, state.u.T)
 
 
-def padded(state, sides, rises=(0.0, 0.0)):
+def padded(state, sides, rises=(0.0, 0.0), betas=(1.0, 1.0, 1.0, 1.0)):
     """Ghosts on all four sides: x_min, x_max, y_min, y_max, each "open", "wall", "no-slip" or a depth.
 
-    rises : gain of depth per spacing toward the walls at x_min and x_max, one or a row each.
+    rises : gain of depth per spacing toward the walls at x_min and x_max, one or a row each. betas : g cos xi
+    K of the outermost cells at every side, those at y_min and y_max with the ghosts beside them.
     """
-    for low, high, (gain, loss) in ((*sides[:2], rises), (*sides[2:], (0.0, 0.0))):
-        gains = [np.broadcast_to(q, len(state.h)) for q in (gain, loss)]
-        state = flipped(before(high, *flipped(before(low, *state, gains[0])), gains[1]))
+    gains = [np.broadcast_to(q, len(state.h)) for q in rises]
+    for k in (0, 2):
+        state = before(sides[k], *state, gains[0], betas[k])
+        state = flipped(before(sides[k + 1], *flipped(state), gains[1], betas[k + 1]))
         state = transposed(State(*state))
+        gains = [np.zeros(len(state.h))] * 2
     return State(*(np.ascontiguousarray(q) for q in state))
 
 
@@ -76,15 +90,23 @@ def reconstruct(q, steepness):
     return low, q[:, 1:-1] + step_to_face(back, forth, 1 / 6, 1 / 3, steepness)
 
 
-def face_values(h, n, t, dry):
+def follows(n, behind, wave, sign):
+    """Whether a front cell is led by what is behind it, and no faster than that can send a front."""
+    n, behind = sign * n, sign * behind
+    return (n <= 0) | ((behind > 0) & (np.maximum(0, n - behind) ** 2 <= 4 * wave))
+
+
+def face_values(h, n, t, dry, beta):
     """Low and high values of h, n, t along the rows."""
     behind, ahead = (np.where(h[:, k] > dry, n[:, k], n[:, 1:-1]) for k in (np.s_[:-2], np.s_[2:]))
     stopped = behind - ahead > np.minimum(np.abs(behind), np.abs(ahead))
     steepness = np.where(stopped, 1.0, 2.0)
     low, high = reconstruct(h, steepness)
     # a front shows a dry cell no depth before it holds 0.45 of what lies behind
-    low = np.where((h[:, :-2] <= dry) & (h[:, 1:-1] < 0.45 * h[:, 2:]), 0.0, low)
-    high = np.where((h[:, 2:] <= dry) & (h[:, 1:-1] < 0.45 * h[:, :-2]), 0.0, high)
+    here, wave = n[:, 1:-1], np.broadcast_to(beta, h.shape) * h
+    led = [follows(here, n[:, k], wave[:, k], sign) for k, sign in ((np.s_[2:], -1), (np.s_[:-2], 1))]
+    low = np.where((h[:, :-2] <= dry) & (h[:, 1:-1] < 0.45 * h[:, 2:]) & led[0], 0.0, low)
+    high = np.where((h[:, 2:] <= dry) & (h[:, 1:-1] < 0.45 * h[:, :-2]) & led[1], 0.0, high)
     return (low, high, *reconstruct(n, steepness), *reconstruct(t, 2.0))
 
 
@@ -132,7 +154,7 @@ def bounded(flux, h, n, t, beta, low, high):
 def fluxes(state, beta, still, low, high, dry):
     """Fluxes along the rows through all faces of the inner cells; all arrays padded."""
     h, n, t, beta, still = (q[2:-2] for q in (*state, beta, still))
-    h_low, h_high, n_low, n_high, t_low, t_high = face_values(h, n, t, dry)
+    h_low, h_high, n_low, n_high, t_low, t_high = face_values(h, n, t, dry, beta)
     c = np.sqrt(beta * h)
     flux = hll(
         *(q[:, :-1] for q in (h_high, n_high, t_high)),
@@ -167,6 +189,11 @@ def scaled(flux, keep):
 
 def difference(q):
     return q[:, :-1] - q[:, 1:]
+
+
+def loaded(before, after):
+    """Depth that gravity and friction act on: that before a stage, but at most twice that after it."""
+    return np.minimum(before, 2 * np.maximum(after, 0))
 
 
 def brake(h_before, u_before, h, u, v, bed, tangent, drag, dry, time):
@@ -241,7 +268,11 @@ class Run:
         beyond = np.abs(self.along) - self.tangent * self.normal
         self.lean = np.sign(self.along) * np.maximum(0, beyond)
         padding = np.ones((lattice.shape[0] + 4, 1))
-        self.beta_x = padding * self.normal * scene.earth_pressure.coefficients().x_active
+        coefficients = scene.earth_pressure.coefficients()
+        self.beta_x = padding * self.normal * coefficients.x_active
+        self.beta_y = padding * self.normal * coefficients.y_active_active
+        free = np.maximum(0, beyond) / self.dx
+        self.falling = np.sqrt(scene.scheme.cfl * free)[2:-2]
         self.rest_volume = scene.scheme.rest_share * self.volume
         shape = lattice.shape
         self.max_depth, self.max_speed, self.max_flux = np.zeros((3, *shape))
@@ -262,15 +293,19 @@ class Run:
 
     def surrounded(self, state):
         """Pad a state by its ghosts."""
-        rises = -self.lean[0] / self.beta_x[2:-2, 2], self.lean[-1] / self.beta_x[2:-2, -3]
-        return padded(state, self.sides, [rise * self.dx for rise in rises])
+        west, east = self.beta_x[2:-2, 2], self.beta_x[2:-2, -3]
+        rises = -self.lean[0] / west * self.dx, self.lean[-1] / east * self.dx
+        return padded(state, self.sides, rises, (west, east, self.beta_y[2], self.beta_y[-3]))
 
     def classify(self):
         """Set padded beta_x, beta_y and still; return the largest wave rate and the volume that moves."""
         all_ = self.surrounded(self.state)
         material = (self.scene.earth_pressure.coefficients(), self.tangent, self.dry)
         *status, rates = classify(all_, self.along, self.normal, *material, self.dx, self.dy)
-        status, rate = [np.pad(q[1:-1, 1:-1], 2, mode="edge") for q in status], rates[1:-1, 1:-1].max()
+        rates = rates[1:-1, 1:-1]
+        status = [np.pad(q[1:-1, 1:-1], 2, mode="edge") for q in status]
+        # the first step from rest is as long as gravity lets it be
+        rate = np.where(rates > 0, np.maximum(rates, self.falling), 0).max()
         self.beta_x, self.beta_y, self.still = status
         driven = False
         normal = np.broadcast_to(self.normal, self.still.shape)
@@ -308,8 +343,10 @@ class Run:
             self.inflow -= share * dt * length * np.minimum(leaving, 0).sum()
         y = Flux(*(q.T for q in y))
         free = 1 - self.still[INNER] * (h_0 > self.dry)
+        left = h_1 + dt * (difference(x.mass) / self.dx + difference(y.mass.T).T / self.dy)
+        load = loaded(h_1, left)
         beta_x, beta_y = self.beta_x[INNER], self.beta_y[INNER]
-        gravity = self.along[2:-2] * h_1
+        gravity = self.along[2:-2] * load
         force_x = beta_x * difference(x.pressure) / self.dx + gravity
         force_y = beta_y * difference(y.pressure.T).T / self.dy
         gains = [
@@ -327,7 +364,7 @@ class Run:
         wet = h > self.dry
         u, v = (np.where(wet, q / np.where(wet, h, 1.0), 0.0) for q in (hu, hv))
         bed = self.normal[2:-2], self.curvature[2:-2]
-        return State(h, *brake(h_1, u_1, h, u, v, bed, self.tangent, self.drag, self.dry, part * dt))
+        return State(h, *brake(load, u_1, h, u, v, bed, self.tangent, self.drag, self.dry, part * dt))
 
     def step(self, dt):
         """One step of eq. 14."""
@@ -340,7 +377,8 @@ class Run:
         """Step to a time, or until next to nothing moves."""
         while self.time < target:
             rate, moving = self.classify()
-            if moving <= self.rest_volume:
+            unmoved = self.steps > 0 and not self.state.u.any() and not self.state.v.any()
+            if moving <= self.rest_volume or (unmoved and moving < np.inf):
                 self.rest_time = self.time
                 self.state = State(self.state.h, *np.zeros((2, *self.state.h.shape)))
                 return

@@ -6,7 +6,7 @@ Faces are the inner ones, then the boundary ones, whose right cell is a ghost of
 from dataclasses import dataclass, field
 
 import numpy as np
-from dense import HOLDS, SPARE, State, brake, hll
+from dense import HOLDS, SPARE, State, brake, hll, leaving_at_depth, loaded
 
 from solver.moving_least_squares import approximation
 from solver.rheology import Voellmy
@@ -131,8 +131,12 @@ class CloudRun:
         h, u, v = (q[self.cells.side_cell] for q in state)
         for b, (kind, side) in enumerate(zip(self.kinds, self.cells.side, strict=True)):
             if kind in ("wall", "no-slip"):
-                h[b] = max(0.0, h[b] + self.rise[b] / self.beta[0][self.cells.side_cell[b]])
+                rise = self.rise[b] / self.beta[0][self.cells.side_cell[b]]
+                h[b] = max(0.0, h[b] + rise)
             if not isinstance(kind, str):
+                q, beta = (u, self.beta[0]) if side < 2 else (v, self.beta[1])
+                sign, i = 2 * (side % 2) - 1, self.cells.side_cell[b]
+                q[b] = sign * leaving_at_depth(sign * q[b], h[b], kind, beta[i])
                 h[b] = kind
             if kind == "no-slip" or (kind == "wall" and side < 2):
                 u[b] = -u[b]
@@ -145,6 +149,13 @@ class CloudRun:
         difference = (q[self.neighbours] - q[:, None]) * counts
         return np.stack([(w * difference).sum(axis=1) for w in self.weights], axis=1)
 
+    def slopes_of_velocity(self, q, counts=True):
+        """The same; none beside a side of given depth."""
+        found = self.slopes(q, counts)
+        fed = [not isinstance(kind, str) for kind in self.kinds]
+        found[self.cells.side_cell[fed]] = 0
+        return found
+
     def classify(self):
         """Set beta and still of cells and ghosts; return the largest wave rate and the volume that moves."""
         h, u, v = self.state
@@ -153,14 +164,17 @@ class CloudRun:
         w_x, w_y, w, m_x, m_xy = self.widths
         tie = -1e-10 * w * (np.abs(u) + np.abs(v) + np.sqrt(self.normal * h))
         seen = wet[self.neighbours]
-        extends_x = ~wet | (self.slopes(u, seen)[:, 0] >= tie)
-        extends_y = ~wet | (self.slopes(v, seen)[:, 1] >= tie)
+        extends_x = ~wet | (self.slopes_of_velocity(u, seen)[:, 0] >= tie)
+        extends_y = ~wet | (self.slopes_of_velocity(v, seen)[:, 1] >= tie)
         b_x = self.normal * np.where(extends_x, x_a, x_p)
         k_y = np.select([extends_x & extends_y, extends_x, extends_y], [y_aa, y_ap, y_pa], y_pp)
         b_y = self.normal * k_y
         square = np.maximum(0, m_x * u**2 + (1 - m_x) * v**2 + 2 * m_xy * u * v)
         leaving = np.minimum(w * np.sqrt(square), w_x * np.abs(u) + w_y * np.abs(v))
-        rate = np.where(wet, leaving + w * np.sqrt((m_x * b_x + (1 - m_x) * b_y) * h), 0.0).max()
+        waves = w * np.sqrt((m_x * b_x + (1 - m_x) * b_y) * h)
+        free = np.maximum(0, np.abs(self.along) - self.tangent * self.normal)
+        falling = np.sqrt(self.scene.scheme.cfl * free * w_x)
+        rate = np.where(wet, np.maximum(leaving + waves, falling), 0.0).max()
         # held where the drive at no face but a wall's exceeds friction
         gradient, exceeds = self.slopes(h), np.zeros(self.n, dtype=int)
         walled = np.zeros(len(self.left), dtype=bool)
@@ -201,7 +215,8 @@ class CloudRun:
         sign, part, off = 1 - 2 * side, self.part[side], self.rest_of_way[side]
         way, n = sign * self.way, self.face_normal
         none = np.zeros((len(state.h) - self.n, 2))
-        slopes = [np.concatenate([self.slopes(q[: self.n]), none])[here] for q in state]
+        kinds = self.slopes, self.slopes_of_velocity, self.slopes_of_velocity
+        slopes = [np.concatenate([f(q[: self.n]), none])[here] for f, q in zip(kinds, state, strict=True)]
         gaps, offs = ([(g * d).sum(axis=1) for g in slopes] for d in (way, off))
 
         def turned(u, v):
@@ -216,8 +231,12 @@ class CloudRun:
         behind = np.where(h_behind > self.dry, n_1 - 2 * n_gap, n_0)
         stopped = np.minimum(np.abs(ahead), np.abs(behind)) < sign * (behind - ahead)
         steepness = np.where(stopped, 1.0, 2.0)
-        depth = np.clip(h_0 + toward(h_gap, h_1 - h_0, part, steepness) + h_off, 0, 2 * h_0)
-        depth[(h_1 <= self.dry) & (h_0 < 0.45 * h_behind)] = 0
+        base = h_0 + toward(h_gap, h_1 - h_0, part, steepness)
+        depth = np.minimum(
+            np.maximum(base + h_off, np.where((h_1 <= self.dry) & (sign * n_0 > 0), 0.1 * base, 0)), 2 * h_0
+        )
+        led = (sign * n_0 <= 0) | (sign * (n_1 - 2 * n_gap) > 0.25 * sign * n_0)
+        depth[(h_1 <= self.dry) & (h_0 < 0.45 * h_behind) & led] = 0
         return (
             depth,
             n_0 + toward(n_gap, n_1 - n_0, part, steepness) + n_off,
@@ -263,12 +282,13 @@ class CloudRun:
         np.add.at(self.ledger[:, 1], self.cells.side, np.maximum(through, 0))
         np.add.at(self.ledger[:, 0], self.cells.side, np.maximum(-through, 0))
         free = 1 - self.held[: self.n]
+        load = loaded(h_1, h_1 + dt * self.around((-self.length * mass, self.length * mass)) / area)
         momentum = n_x * normal - n_y * tangential, n_y * normal + n_x * tangential
         gains = [self.around((-self.length * mass, self.length * mass)) / area]
         for q, n, b, pull in zip(momentum, (n_x, n_y), beta, (self.along, 0.0), strict=True):
             push = self.around((-self.length * n * pressure, self.length * n * pressure))
             carried = self.around((-self.length * q, self.length * q))
-            gains.append(carried / area + free * (b[: self.n] * push / area + pull * h_1))
+            gains.append(carried / area + free * (b[: self.n] * push / area + pull * load))
         start, there = (h_0, h_0 * u_0, h_0 * v_0), (h_1, h_1 * u_1, h_1 * v_1)
         h, hu, hv = (
             q_0 + part * (q_1 - q_0 + dt * gain) for q_0, q_1, gain in zip(start, there, gains, strict=True)
@@ -276,7 +296,7 @@ class CloudRun:
         wet = h > self.dry
         u, v = (np.where(wet, q / np.where(wet, h, 1.0), 0.0) for q in (hu, hv))
         bed = self.normal, self.curvature
-        return State(h, *brake(h_1, u_1, h, u, v, bed, self.tangent, self.drag, self.dry, part * dt))
+        return State(h, *brake(load, u_1, h, u, v, bed, self.tangent, self.drag, self.dry, part * dt))
 
     def step(self, dt):
         """One step of eq. 14."""
@@ -289,7 +309,8 @@ class CloudRun:
         """Step to a time, or until next to nothing moves."""
         while self.time < target:
             rate, moving = self.classify()
-            if moving <= self.rest_volume:
+            unmoved = self.steps > 0 and not self.state.u.any() and not self.state.v.any()
+            if moving <= self.rest_volume or (unmoved and moving < np.inf):
                 self.rest_time = self.time
                 self.state = State(self.state.h, *np.zeros((2, self.n)))
                 return

@@ -95,13 +95,16 @@ def test_moving_volume_counts_what_is_not_still():
         run, _ = classified(case)
         twin = dense.Run(case)
         _, volume = twin.classify()
-        arrays = run.now.h, run.status.still, run.spans, run.sides, run.grid
+        arrays = run.now, run.status.still, run.spans, run.sides, run.grid
+        moves = bool(((run.now.u != 0) | (run.now.v != 0)).any())
         if np.isfinite(volume):
             assert volume > 0
-            assert moving_volume_exceeds(*arrays, volume * (1 - 1e-12))
-            assert not moving_volume_exceeds(*arrays, volume * (1 + 1e-12))
+            assert moving_volume_exceeds(*arrays, volume * (1 - 1e-12), False)
+            assert not moving_volume_exceeds(*arrays, volume * (1 + 1e-12), False)
+            # what a step has left at rest stays there
+            assert moving_volume_exceeds(*arrays, volume * (1 - 1e-12), True) == moves
         else:
-            assert moving_volume_exceeds(*arrays, 1e300)
+            assert moving_volume_exceeds(*arrays, 1e300, True)
 
 
 def test_a_stage_reads_no_cell_that_was_not_copied():

@@ -43,20 +43,21 @@ def test_ghosts_are_their_twin(sides, shape, lean):
     state = dense.State(*np.abs(np.random.default_rng(0).normal(size=(3, *shape))))
     rows, m = shape[0] + 2 * GHOSTS, shape[1] + 2 * GHOSTS
     flat = Fields(*(np.pad(q, GHOSTS, constant_values=np.nan).ravel() for q in state))
-    beta, grid = np.full(rows * m, 4.0), Grid(rows, m, 2.0, 1.0)
-    fill_ghosts(flat, beta, numbered(sides, lean), grid, GHOSTS, rows - GHOSTS - 1)
+    beta_x, beta_y, grid = np.full(rows * m, 4.0), np.full(rows * m, 9.0), Grid(rows, m, 2.0, 1.0)
+    fill_ghosts(flat, beta_x, beta_y, numbered(sides, lean), grid, GHOSTS, rows - GHOSTS - 1)
     rises = -lean[0] / 2, lean[1] / 2
-    for actual, expected in zip(flat, dense.padded(state, sides, rises), strict=True):
+    for actual, expected in zip(flat, dense.padded(state, sides, rises, (4.0, 4.0, 9.0, 9.0)), strict=True):
         np.testing.assert_array_equal(actual.reshape(rows, m), expected)
 
 
 def test_ghosts_of_some_rows_are_filled_with_those_a_stage_reads():
-    state = dense.State(*np.random.default_rng(0).normal(size=(3, 9, 6)))
+    h, u, v = np.random.default_rng(0).normal(size=(3, 9, 6))
+    state = dense.State(np.abs(h), u, v)
     sides = ("wall", "open", "no-slip", 0.5)
     expected = dense.padded(state, sides)
     for first, last in ((2, 3), (5, 7), (9, 10)):
         flat = Fields(*(np.pad(q, 2, constant_values=np.nan).ravel() for q in state))
-        fill_ghosts(flat, np.ones(130), numbered(sides), Grid(13, 10, 1.0, 1.0), first, last)
+        fill_ghosts(flat, np.ones(130), np.ones(130), numbered(sides), Grid(13, 10, 1.0, 1.0), first, last)
         for actual, wanted in zip(flat, expected, strict=True):
             read = np.s_[first - 2 : last + 3, 2:-2], np.s_[first : last + 1, :]
             for part in read:

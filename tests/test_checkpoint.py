@@ -7,7 +7,7 @@ from scenes import SCENES, scene
 from solver.lattice import Lattice
 from solver.point_cloud import random_points
 from solver.rheology import Coulomb
-from solver.simulation import Collocation, Scene, WeightedResidual, _begin, simulate
+from solver.simulation import Collocation, Scene, WeightedResidual, begin, simulate
 from solver.terrain import Plane
 from solver.time_stepping import OUT_OF_STEPS
 
@@ -76,7 +76,7 @@ CASES = SCENES | {
 def test_ten_steps_are_five_and_a_restart_and_five(name, monkeypatch):
     monkeypatch.setattr("solver.lattice_run.LEAST_GROWTH", 2)
     case, end = CASES[name]
-    whole, first, second = (_begin(case, end, 0.01, True) for _ in range(3))
+    whole, first, second = (begin(case, end, 0.01, True) for _ in range(3))
     outcome = whole.advance(end, 10)
     assert first.advance(end, 5) in (OUT_OF_STEPS, outcome)
     second.restore({key: array.copy() for key, array in first.carried.items()})

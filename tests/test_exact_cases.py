@@ -55,6 +55,23 @@ def test_granular_shock_keeps_its_place_and_leaves_the_layer_behind_it_at_rest(s
     assert shock.precursor <= 50
 
 
+@pytest.mark.parametrize("spacing", [0.2, 0.1])
+def test_earth_pressure_that_jumps_across_a_shock_makes_no_oscillations(spacing):
+    lattice = row((-60.0, 30.0), spacing)
+    x, pressure = lattice.x_points, MohrCoulomb(40.0, 20.0)
+    assert pressure.coefficients().x_passive > 10 * pressure.coefficients().x_active
+    sides = Boundaries("open", "wall", "wall", "wall")
+    scene = slide(lattice, np.where(x < 0, 0.3, 1.0), np.where(x < 0, 4.0, 0.0), 20.0, 20.0, sides)
+    depth = simulate(replace(scene, earth_pressure=pressure), [3.0]).depth[0, 1]
+    shock = x[np.argmax(np.abs(np.diff(depth)))]
+    before, behind = depth[(x > shock - 15) & (x < shock - 4 * spacing)], depth[x > shock + 4 * spacing]
+    jump = behind[0] - before[-1]
+    assert jump > 0.3
+    for side in (before, behind):
+        steps = np.diff(side)
+        assert min(steps[steps > 0].sum(), -steps[steps < 0].sum()) < 0.01 * jump
+
+
 def test_uniform_layer_slides_to_an_exact_stop():
     lattice = row((0.0, 40.0), 0.25)
     x = lattice.x_points

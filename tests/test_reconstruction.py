@@ -30,9 +30,9 @@ def random_cells(seed=0, shape=(24, 31)):
 def test_face_values_are_their_twin(along_y):
     h, n, t = random_cells()
     if along_y:
-        expected = [q.T[:, 1:-1] for q in dense.face_values(h.T, n.T, t.T, DRY)]
+        expected = [q.T[:, 1:-1] for q in dense.face_values(h.T, n.T, t.T, DRY, 4.0)]
     else:
-        expected = [q[1:-1] for q in dense.face_values(h, n, t, DRY)]
+        expected = [q[1:-1] for q in dense.face_values(h, n, t, DRY, 4.0)]
     *faces, speed = reconstruct(h, n, t, along_y, beta=4.0)
     for actual, wanted in zip(faces, expected, strict=True):
         np.testing.assert_allclose(actual, wanted, rtol=1e-14, atol=1e-16)
