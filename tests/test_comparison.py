@@ -79,4 +79,4 @@ def test_a_place_without_stores_is_bad_input(tmp_path):
     command = [sys.executable, "-m", "pipeline.cli", "figures", tmp_path]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 2
-    assert f"{tmp_path} holds no store" in done.stderr
+    assert f"no results in {tmp_path}" in done.stderr
