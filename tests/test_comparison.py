@@ -6,7 +6,7 @@ import pytest
 from PIL import Image
 
 # before anything leaves the domain
-SHORT = "end: 1, output_every: 0.5", "end: 0.2, output_every: 0.1"
+SHORT = "end: 1, output_every: 0.5", "end: 0.1, output_every: 0.05"
 BEND = "{profile: plane, angle: 30}", "{profile: bend, angle: 30, start: 4, end: 8}"
 LATTICE = "{layout: lattice, spacing: 0.5}"
 
@@ -68,7 +68,7 @@ def test_the_table_has_a_row_a_run(place):
         "regular: bed friction 20 degrees",
         "regular: bed friction 25 degrees",
     ]
-    assert (table["time"] == 0.2).all()
+    assert (table["time"] == 0.1).all()
     assert table["volume_error"].abs().max() < 1e-6
     assert (table["front_x"] > table["tail_x"] + 1).all()
     text = (place[0] / "figures" / "comparison.md").read_text()
