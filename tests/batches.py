@@ -100,7 +100,7 @@ def files(path: Path) -> dict[str, bytes]:
     }
 
 
-def until(condition: Callable[[], bool], seconds: float = 120) -> None:
+def until(condition: Callable[[], bool], seconds: float = 240) -> None:
     """Wait for a condition."""
     end = time.monotonic() + seconds
     while not condition():

@@ -82,6 +82,7 @@ def folder():
     return located(f"memory://{uuid4().hex}")
 
 
+@pytest.mark.slow
 def test_a_batch_whose_worker_and_driver_were_killed_is_completed(
     scenario_file, there, out, log, tmp_path, monkeypatch, impatient
 ):
@@ -137,6 +138,7 @@ def test_a_store_is_one_once_its_root_is_there_and_is_replaced_when_asked(scenar
     assert counts(there / "box.zarr") == {Status.DONE: 2}
 
 
+@pytest.mark.slow
 def test_every_command_takes_a_url(scenario_file, there, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for part in ("1/2", "2/2"):
