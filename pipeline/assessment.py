@@ -12,22 +12,19 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from pipeline import table
+from pipeline.ensemble import counts, weights
 from pipeline.place import store_paths
 from pipeline.receptors import reached
 from pipeline.statistics import Bounded, Values
 from pipeline.store import open_store
-from pipeline.variables import STATUS, WEIGHT, Status
+from pipeline.variables import COMPUTED, STATUS, Status
 
-# of these a run that lost material through the boundary says only the least, or the most
-AT_LEAST = (
-    *("front_x", "runout_distance", "drop_height", "deposit_length", "deposit_width", "deposit_area"),
-    *("deposit_volume", "deposit_max_depth", "peak_depth", "peak_speed", "rest_time"),
-)
-AT_MOST = ("reach_angle",)
 QUANTITIES = (
     *("runout_distance", "drop_height", "reach_angle", "deposit_length", "deposit_width", "deposit_area"),
     *("deposit_volume", "deposit_max_depth", "peak_depth", "peak_speed", "rest_time"),
 )
+# a run that lost material through the boundary says of these the most alone, of the others the least
+AT_MOST = ("reach_angle",)
 AT_RECEPTORS = ("max_depth", "max_speed", "max_pressure", "arrival_time")
 SHARES = (0.05, 0.5, 0.95)
 DISTANCES = 41
@@ -75,26 +72,26 @@ def assess(out: Path) -> dict[str, pd.DataFrame]:
 
 def values(store: xr.Dataset, name: str) -> Values:
     """Give a quantity of every run of a store with its weight; that of runs not computed is not known."""
-    return _values(store, store[name].to_numpy(), at_least=name in AT_LEAST, at_most=name in AT_MOST)
+    most = name in AT_MOST
+    return _values(store, store[name].to_numpy(), at_least=not most, at_most=most)
 
 
 def _values(store: xr.Dataset, held: NDArray[Any], *, at_least: bool, at_most: bool = False) -> Values:
-    states, runs = store[STATUS.name].to_numpy(), store.sizes["run"]
-    computed, overrun = np.isin(states, (Status.DONE, Status.OVERRUN)), states == Status.OVERRUN
-    weight = store[WEIGHT.name].to_numpy() if WEIGHT.name in store else np.full(runs, 1 / runs)
-    known = np.where(computed, held, np.nan).astype(np.float64)
-    return Values(known, weight, overrun & at_least, overrun & at_most)
+    states = store[STATUS.name].to_numpy()
+    known = np.where(np.isin(states, COMPUTED), held, np.nan).astype(np.float64)
+    overrun = states == Status.OVERRUN
+    return Values(known, weights(store), overrun & at_least, overrun & at_most)
 
 
 def behind(store: xr.Dataset) -> dict[str, object]:
     """Say how many runs are behind the numbers of a scenario."""
-    states = store[STATUS.name].to_numpy()
+    found = counts(store)
     return {
         "scenario": str(store.attrs["title"]),
-        "runs_planned": len(states),
-        "runs_done": int(np.isin(states, (Status.DONE, Status.OVERRUN)).sum()),
-        "runs_overrun": int((states == Status.OVERRUN).sum()),
-        "runs_failed": int((states == Status.FAILED).sum()),
+        "runs_planned": found.planned,
+        "runs_done": found.done + found.overrun,
+        "runs_overrun": found.overrun,
+        "runs_failed": found.failed,
     }
 
 

@@ -7,12 +7,13 @@ import pandas as pd
 import xarray as xr
 from numpy.typing import NDArray
 
-from pipeline.assessment import behind, values
+from pipeline.assessment import behind
+from pipeline.ensemble import weights
 from pipeline.frames import cell_area, space
 from pipeline.observed import ObservationError, Observed
 from pipeline.sensitivity import varied
 from pipeline.statistics import Values
-from pipeline.variables import STATUS, Status
+from pipeline.variables import COMPUTED, STATUS, Status
 
 Array = NDArray[np.float64]
 SHARES = (0.05, 0.5, 0.95)
@@ -57,7 +58,7 @@ def score(store: xr.Dataset, observed: Observed, threshold: float) -> pd.DataFra
         row: dict[str, object] = {"scenario": title, "run": run, "status": Status(state).words}
         row |= {name: held[run] for name, held in varied(store).items()}
         rows.append(row)
-        if state not in (Status.DONE, Status.OVERRUN):
+        if state not in COMPUTED:
             continue
         deposit = deposits.isel(run=run).to_numpy().astype(np.float64).ravel()
         row |= _scores(deposit, distance.isel(run=run).to_numpy().ravel(), area, observed, threshold)
@@ -124,7 +125,7 @@ def posterior(store: xr.Dataset, scores: pd.DataFrame, accepted: float) -> pd.Da
     known = scores.dropna(subset=["critical_success_index"])
     best = known.head(max(1, round(accepted * len(known))))
     runs = best["run"].to_numpy()
-    weight = values(store, "peak_speed").weight
+    weight = weights(store)
     likelihood = weight[runs] * best["critical_success_index"].to_numpy()
     if not likelihood.sum():
         raise ObservationError(f"{store.attrs['title']}: no run overlaps the observed deposit")

@@ -11,14 +11,13 @@ from numpy.typing import NDArray
 
 from pipeline.frames import mean_spacing, space
 from pipeline.gridded import gridded
-from pipeline.variables import STATUS, Status
+from pipeline.variables import RETURN_PERIOD, STATUS, WEIGHT, Status
 
 MAXIMA = ("max_depth", "max_speed", "max_momentum_flux", "arrival_time")
 PLACES = ("x", "y", "elevation", "horizontal_distance")
 # runs whose values, and whose comparisons with thresholds, are held at once
 RUNS_AT_ONCE = 16
 VALUES_AT_ONCE = 4_000_000
-COMPUTED = (Status.DONE, Status.OVERRUN)
 
 
 class NotTogetherError(ValueError):
@@ -58,6 +57,22 @@ def counts(runs: xr.Dataset) -> Counts:
     return Counts(*(found[s] for s in (Status.DONE, Status.OVERRUN, Status.FAILED, Status.PENDING)))
 
 
+def weights(store: xr.Dataset) -> NDArray[np.float64]:
+    """Give the share of each planned run of a store, (runs,), their sum 1; all have the same without weights.
+
+    Raises
+    ------
+    ValueError
+        If the weights are none.
+    """
+    given = WEIGHT.name in store.variables
+    weight = np.asarray(store[WEIGHT.name] if given else np.ones(store.sizes["run"]), np.float64)
+    if not (np.isfinite(weight).all() and (weight >= 0).all() and weight.sum() > 0):
+        raise ValueError(f"{store.attrs.get('title')}: expected weights of at least 0, not all of them 0")
+    share: NDArray[np.float64] = weight / weight.sum()
+    return share
+
+
 def ensemble(store: xr.Dataset, spacing: float | None = None) -> xr.Dataset:
     """Take from a scenario's store what maps are made of.
 
@@ -88,17 +103,14 @@ def ensemble(store: xr.Dataset, spacing: float | None = None) -> xr.Dataset:
     runs[STATUS.name] = store[STATUS.name].load()
     if "point" in store.dims:
         runs = gridded(runs.assign_coords(area=store["area"]), spacing or mean_spacing(store))
-    on_run = {"weight", "return_period"} & set(store.variables)
     places = [name for name in PLACES if name in runs.variables]
     runs = runs[[*kept, STATUS.name]].reset_coords()[[*kept, STATUS.name, *places]].set_coords(places)
     runs = runs.drop_vars("run", errors="ignore")
-    for name in on_run:
-        runs[name] = ("run", store[name].to_numpy().astype(np.float64))
-    weight = runs["weight"].to_numpy() if "weight" in on_run else np.ones(store.sizes["run"])
-    if not (np.isfinite(weight).all() and (weight >= 0).all() and weight.sum() > 0):
-        raise ValueError(f"{store.attrs.get('title')}: expected weights of at least 0, not all of them 0")
-    runs["weight"] = ("run", weight / weight.sum())
-    return runs.set_coords([STATUS.name, "weight", *(on_run - {"weight"})])
+    shares = {WEIGHT.name: weights(store)}
+    if RETURN_PERIOD.name in store.variables:
+        shares[RETURN_PERIOD.name] = store[RETURN_PERIOD.name].to_numpy().astype(np.float64)
+    runs = runs.assign_coords({name: ("run", values) for name, values in shares.items()})
+    return runs.set_coords(STATUS.name)
 
 
 def _at_once(store: xr.Dataset) -> int:

@@ -8,8 +8,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from pipeline.ensemble import COMPUTED, RUNS_AT_ONCE
-from pipeline.variables import Status
+from pipeline.ensemble import RUNS_AT_ONCE
+from pipeline.variables import COMPUTED, Status
 
 # a share, and what it is called with its bounds
 Shares = dict[str, xr.DataArray]

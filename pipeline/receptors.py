@@ -15,7 +15,7 @@ from pipeline.frames import cell_area, space
 from pipeline.receptor_settings import Receptor
 from pipeline.scenario import stored
 from pipeline.section import Pair
-from pipeline.variables import STATUS, Status
+from pipeline.variables import COMPUTED, STATUS, Status
 
 Array = NDArray[np.float64]
 
@@ -89,7 +89,7 @@ def reached(store: xr.Dataset) -> pd.DataFrame:
         title = store.attrs["title"]
         raise ValueError(f"{title}: receptors need {', '.join(missing)}, which output.fields leaves out")
     states = store[STATUS.name].to_numpy()
-    computed = np.isin(states, (Status.DONE, Status.OVERRUN))
+    computed = np.isin(states, COMPUTED)
     cells = Cells(store) if receptors else None
     tables = []
     for receptor in receptors:

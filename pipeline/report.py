@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from pipeline.ensemble import COMPUTED, NotTogetherError, ensemble
+from pipeline.ensemble import NotTogetherError
 from pipeline.georeference import Frame
 from pipeline.hazard import WHOLE, of_place
 from pipeline.layers import Layer, layers
@@ -24,6 +24,7 @@ from pipeline.place import indices_path, store_path, store_paths
 from pipeline.report_figures import animation, runout_curve
 from pipeline.report_tables import TABLES, Table, what_matters
 from pipeline.store import open_store
+from pipeline.variables import COMPUTED
 
 TEMPLATE = "report.html"
 
@@ -109,12 +110,12 @@ def _has_frames(path: Path, run: int) -> bool:
 
 def _scenario(out: Path, name: str, found: xr.Dataset, run: int | None) -> Chapter:
     with open_store(store_path(out, name)) as store:
-        runs, placed = ensemble(store), ground(found)
+        placed = ground(found)
         shown = _median(store) if run is None else run
         motion = None
         if shown is not None and shown < store.sizes["run"]:
             motion = animation(store, shown, placed)
-        curve = runout_curve(store, runs)
+        curve = runout_curve(store)
         first, others = _maps(found, placed)
         tables = [*(make(store) for make in TABLES)]
         tables.insert(1, what_matters(indices_path(out), name))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from io import BytesIO
 
 import numpy as np
@@ -13,12 +14,13 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from PIL import Image
 
+from pipeline.assessment import values
 from pipeline.ensemble import counts
-from pipeline.exceedance import exceedance
 from pipeline.figures import COLOURS, LEVELS, title_of
 from pipeline.frames import mean_spacing
 from pipeline.georeference import Frame
 from pipeline.gridded import gridded
+from pipeline.variables import COMPUTED
 
 CURVE_POINTS = 400
 FRAMES = 40
@@ -26,51 +28,47 @@ WIDTH = 8.0
 SHOWN_MILLISECONDS, LAST_MILLISECONDS = 150, 1500
 
 
-def runout_curve(store: xr.Dataset, runs: xr.Dataset) -> bytes | None:
+def runout_curve(store: xr.Dataset) -> bytes | None:
     """Draw the share of runs that run out farther than a distance, with its bounds, as PNG.
 
     Parameters
     ----------
     store : Dataset
         A scenario's store.
-    runs : Dataset
-        Its ensemble, for ``status`` and ``weight``.
 
     Returns
     -------
     bytes or None
         None where no run has a run-out.
     """
-    reach = store["runout_distance"].drop_vars("run", errors="ignore").load()
-    if not bool(reach.notnull().any()):
+    reach = values(store, "runout_distance")
+    if not reach.known.any():
         return None
-    low, high = float(reach.min()), float(reach.max())
+    low, high = float(np.nanmin(reach.value)), float(np.nanmax(reach.value))
     margin = 0.05 * (high - low) or 0.05 * abs(high) or 1.0
     distance = np.linspace(low - margin, high + margin, CURVE_POINTS)
     # a run that ends without a deposit runs out nowhere
-    known = reach.where(reach.notnull() | ~runs["status"].isin([1, 3]), -np.inf)
-    shares = {
-        bound: part.to_numpy() for bound, part in exceedance(known, distance.tolist(), runs, "d").items()
-    }
+    nowhere = ~reach.known & store["status"].isin(COMPUTED).to_numpy()
+    shares = replace(reach, value=np.where(nowhere, -np.inf, reach.value)).exceedance(distance)
     figure = Figure(figsize=(WIDTH, 4), layout="compressed", dpi=150)
     axes = figure.subplots()
-    if not np.allclose(shares["_lower"], shares["_upper"]):
+    if not np.allclose(shares.lower, shares.upper):
         axes.fill_between(
             distance,
-            shares["_lower"],
-            shares["_upper"],
+            shares.lower,
+            shares.upper,
             color=colormaps[COLOURS](0.35),
             linewidth=0,
             label="bounds for runs that are failed, pending or overrun",
         )
-    axes.plot(distance, shares[""], color=colormaps[COLOURS](0.9), linewidth=1.6, label="runs done")
+    axes.plot(distance, shares.estimate, color=colormaps[COLOURS](0.9), linewidth=1.6, label="runs done")
     axes.set_xlabel("run-out: horizontal distance from the crown of the release to the deposit's toe (m)")
     axes.set_ylabel("share of runs that go farther")
     axes.set_xlim(distance[0], distance[-1])
     axes.set_ylim(0, 1.02)
     axes.grid(alpha=0.3)
     axes.legend(frameon=False, loc="upper right")
-    axes.set_title(f"{store.attrs['title']}\n{counts(runs)}", fontsize="medium", loc="left")
+    axes.set_title(f"{store.attrs['title']}\n{counts(store)}", fontsize="medium", loc="left")
     held = BytesIO()
     figure.savefig(held, format="png", bbox_inches="tight")
     return held.getvalue()

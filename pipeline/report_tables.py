@@ -15,7 +15,7 @@ from pipeline import assessment
 from pipeline.assessment import receptors as table_receptors
 from pipeline.provenance import BINDING, PACKAGES, differences
 from pipeline.receptors import reached
-from pipeline.variables import PER_RUN, VOLUMES, Status
+from pipeline.variables import COMPUTED, PER_RUN, VOLUMES, Status
 
 MOST_ROWS = 40
 RECEPTOR_HEAD = (
@@ -39,7 +39,7 @@ class Table:
 
 def volume_ledger(store: xr.Dataset) -> Table | None:
     """Table what became of the volume: run by run, or of many runs the least, the median and the largest."""
-    computed = store.isel(run=np.flatnonzero(store["status"].isin([1, 2, 3]).to_numpy()))
+    computed = store.isel(run=np.flatnonzero(store["status"].isin([*COMPUTED, Status.FAILED]).to_numpy()))
     names = [variable.name for variable in VOLUMES]
     head = [f"{name.removeprefix('volume_')} ({COLUMNS[name].units})" for name in names]
     head[-1] = "error"
@@ -142,7 +142,7 @@ def quantiles(store: xr.Dataset) -> Table | None:
         for row in assessment.quantiles(store)
     ]
     head = ["quantity", *(f"{100 * share:g} % of runs below" for share in assessment.SHARES)]
-    computed = bool(store["status"].isin([1, 3]).any())
+    computed = bool(store["status"].isin(COMPUTED).any())
     return Table("Quantiles over runs", head, rows) if computed else None
 
 

@@ -16,7 +16,7 @@ from pipeline.place import store_paths
 from pipeline.receptors import reached
 from pipeline.scenario import stored
 from pipeline.store import open_store
-from pipeline.variables import STATUS, Status
+from pipeline.variables import COMPUTED, STATUS
 
 Array = NDArray[np.float64]
 
@@ -128,7 +128,7 @@ def varied(store: xr.Dataset) -> dict[str, NDArray[Any]]:
 
 def quantities(store: xr.Dataset) -> Iterator[tuple[str, Array]]:
     """Go through what is looked at, with its values, shape (runs,), NaN where not known."""
-    computed = np.isin(store[STATUS.name].to_numpy(), (Status.DONE, Status.OVERRUN))
+    computed = np.isin(store[STATUS.name].to_numpy(), COMPUTED)
     for name in QUANTITIES:
         yield name, np.where(computed, store[name].to_numpy().astype(np.float64), np.nan)
     for receptor, rows in reached(store).groupby("receptor", sort=False):

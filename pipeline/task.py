@@ -14,7 +14,7 @@ from pipeline.runs import Prepared, Run, build_scene
 from pipeline.shared_points import SharedPoints
 from pipeline.summary import overrun, summarise
 from pipeline.template import profile_values
-from pipeline.variables import FIELDS, TIMINGS, Status, Variable
+from pipeline.variables import COMPUTED, FIELDS, TIMINGS, Status, Variable
 from solver.simulation import OUT_OF_TIME, Result, simulate
 
 Solve = Callable[..., Result]
@@ -70,7 +70,7 @@ def perform(job: Job, solve: Solve = simulate) -> list[Outcome]:
     first = job.runs[0].index
     states = store.statuses(job.path, slice(first, job.runs[-1].index + 1))
     finished = {run.index: Status(states[run.index - first]) for run in job.runs}
-    finished = {run: status for run, status in finished.items() if status in (Status.DONE, Status.OVERRUN)}
+    finished = {run: status for run, status in finished.items() if status in COMPUTED}
     runs = [run for run in job.runs if run.index not in finished]
     shared = shared_points.load(job.shared)
     rows: dict[int, dict[str, Any]] = {}
@@ -94,7 +94,7 @@ def _copied(job: Job, run: Run) -> tuple[Status, dict[str, Any]] | None:
         return None
     path, index = job.same[run.index]
     status = Status(store.statuses(path, slice(index, index + 1))[0])
-    if status not in (Status.DONE, Status.OVERRUN):
+    if status not in COMPUTED:
         return None
     return status, store.row(path, job.variables, index) | dict.fromkeys(TIMINGS, 0.0)
 

@@ -25,6 +25,10 @@ class Status(IntEnum):
         return "done_but_overrun" if self is Status.OVERRUN else self.name.lower()
 
 
+# a run of these has its values
+COMPUTED = (Status.DONE, Status.OVERRUN)
+
+
 @dataclass(frozen=True)
 class Variable:
     """One variable of the store.
