@@ -71,13 +71,22 @@ def put(path: Path, data: bytes) -> None:
         with reached():
             path.write_bytes(data)
         return
-    aside = path.with_name(f".{path.name}.{os.getpid()}.partial")
-    try:
+    with whole(path) as aside:
         aside.write_bytes(data)
+
+
+@contextmanager
+def whole(path: Path, ending: str = "") -> Iterator[Path]:
+    """Give the name that a file of a folder has until it is whole; then it replaces what was there.
+
+    ``ending`` is for writers that look at the end of a name; what is killed leaves a file that is not swept.
+    """
+    aside = path.with_name(f".{path.name}.{os.getpid()}.partial{ending}")
+    try:
+        yield aside
         aside.replace(path)
-    except OSError:
+    finally:
         aside.unlink(missing_ok=True)
-        raise
 
 
 def create(path: Path, data: bytes) -> None:

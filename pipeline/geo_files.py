@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import warnings
 from collections.abc import Iterator
 from itertools import pairwise
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 import xarray as xr
 
+from pipeline.elsewhere import whole
 from pipeline.georeference import Frame, GeoreferenceError, north_up
 from pipeline.layers import BANDS, Layer, layers
 
@@ -79,28 +79,27 @@ def _geotiff(layer: Layer, grid: xr.Dataset, crs: str, path: Path) -> Path:
     import rioxarray
 
     assert rioxarray
-    whole = layer.kind == "class"
+    classes = layer.kind == "class"
     bands = xr.concat(
         [values.reset_coords(drop=True) for values in layer.values.values()], "band", coords="minimal"
     )
     bands = bands.assign_coords(x=grid["x"], y=grid["y"])
     # GDAL's names of bands; an operation on the array would lose the reference system, so it comes last
     bands.attrs = {"long_name": tuple(BANDS[bound] for bound in layer.values)}
-    bands = _with_crs(bands.rio.write_nodata(-1 if whole else np.nan), crs)
+    bands = _with_crs(bands.rio.write_nodata(-1 if classes else np.nan), crs)
     tags = {
         key: str(value)
         for key, value in {"description": layer.title, "units": layer.units, **grid.attrs}.items()
     }
-    aside = _aside(path)
-    bands.rio.to_raster(
-        aside,
-        driver="COG",
-        tags=tags,
-        compress="DEFLATE",
-        blocksize=BLOCK,
-        overview_resampling="mode" if whole else "average",
-    )
-    aside.replace(path)
+    with whole(path, path.suffix) as aside:
+        bands.rio.to_raster(
+            aside,
+            driver="COG",
+            tags=tags,
+            compress="DEFLATE",
+            blocksize=BLOCK,
+            overview_resampling="mode" if classes else "average",
+        )
     return path
 
 
@@ -109,17 +108,16 @@ def _netcdf(grid: xr.Dataset, crs: str, path: Path) -> Path:
     import rioxarray
 
     assert rioxarray
-    aside = _aside(path)
     encoding: dict[str, dict[str, Any]] = {str(name): {"_FillValue": None} for name in grid.coords}
     for name, values in grid.data_vars.items():
-        whole = np.issubdtype(values.dtype, np.integer)
-        encoding[str(name)] = {"zlib": True, "_FillValue": np.int8(-1) if whole else np.float32("nan")}
+        integer = np.issubdtype(values.dtype, np.integer)
+        encoding[str(name)] = {"zlib": True, "_FillValue": np.int8(-1) if integer else np.float32("nan")}
     written = _with_crs(grid, crs)
     for name in grid.data_vars:
         written[name].encoding["grid_mapping"] = "spatial_ref"
         encoding[str(name)]["grid_mapping"] = "spatial_ref"
-    written.to_netcdf(aside, engine="netcdf4", encoding=encoding)
-    aside.replace(path)
+    with whole(path, path.suffix) as aside:
+        written.to_netcdf(aside, engine="netcdf4", encoding=encoding)
     return path
 
 
@@ -144,18 +142,17 @@ def _outlines(found: xr.Dataset, frame: Frame, shares: tuple[float, ...], path: 
     columns: list[Any] = [
         np.array([row[name] for _, row in rows], dtype=kind) for name, kind in fields.items()
     ]
-    aside = _aside(path)
-    pyogrio.raw.write(
-        aside,
-        np.array([shapely.to_wkb(shape) for shape, _ in rows], dtype=object),
-        columns,
-        list(fields),
-        geometry_type="MultiPolygon",
-        crs=frame.georeference.crs,
-        driver="GPKG",
-        layer="outlines",
-    )
-    aside.replace(path)
+    with whole(path, path.suffix) as aside:
+        pyogrio.raw.write(
+            aside,
+            np.array([shapely.to_wkb(shape) for shape, _ in rows], dtype=object),
+            columns,
+            list(fields),
+            geometry_type="MultiPolygon",
+            crs=frame.georeference.crs,
+            driver="GPKG",
+            layer="outlines",
+        )
     return path
 
 
@@ -201,8 +198,3 @@ def outline(values: xr.DataArray, share: float, frame: Frame) -> MultiPolygon:
     whole = shapely.make_valid(shapely.MultiPolygon(polygons))
     parts = [part for part in shapely.get_parts(whole, return_index=False) if part.geom_type == "Polygon"]
     return shapely.MultiPolygon(parts)
-
-
-def _aside(path: Path) -> Path:
-    """Name that a file has until it is whole; drivers look at its end."""
-    return path.with_name(f".{path.stem}.{os.getpid()}.partial{path.suffix}")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +12,7 @@ import numpy as np
 import xarray as xr
 
 from pipeline import intensity
+from pipeline.elsewhere import whole
 from pipeline.ensemble import Counts, NotTogetherError, counts, ensemble, together
 from pipeline.exceedance import BOUNDS, Shares, exceedance, mean_arrival, quantiles, share
 from pipeline.hazard_settings import Hazard
@@ -254,11 +254,10 @@ def write(found: xr.Dataset, folder: Path) -> Path:
     """
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / FILE
-    aside = path.with_name(f".{path.name}.{os.getpid()}.partial")
     encoding: dict[str, dict[str, object]] = {
         **{str(name): {"zlib": True, "complevel": 4} for name in found.data_vars},
         **{str(name): {"_FillValue": None} for name in found.coords},
     }
-    found.to_netcdf(aside, engine="netcdf4", encoding=encoding)
-    aside.replace(path)
+    with whole(path) as aside:
+        found.to_netcdf(aside, engine="netcdf4", encoding=encoding)
     return path

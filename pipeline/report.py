@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import os
 import re
 import tempfile
 from collections.abc import Sequence
@@ -14,6 +13,7 @@ import numpy as np
 import xarray as xr
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
+from pipeline import elsewhere
 from pipeline.ensemble import NotTogetherError
 from pipeline.georeference import Frame
 from pipeline.hazard import WHOLE, of_place
@@ -97,9 +97,7 @@ def report(out: Path, to: Path, run: int | None = None) -> Path:
         lstrip_blocks=True,
     )
     page = environment.get_template(TEMPLATE).render(chapters=chapters, note=note, place=out.resolve().name)
-    aside = to.with_name(f".{to.name}.{os.getpid()}.partial")
-    aside.write_text(page, encoding="utf-8")
-    aside.replace(to)
+    elsewhere.put(to, page.encode())
     return to
 
 
