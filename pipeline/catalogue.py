@@ -161,7 +161,7 @@ def _sharing(left: Sequence[Todo], scenarios: Sequence[Scenario], out: Path) -> 
     """Tell what is left of the runs that others have the physics of, finished ones first."""
     names = {each.scenario.name for each in left}
     finished = [
-        settled(scenario, store.attributes(store_path(out, scenario.name)), lambda line: None)
+        settled(scenario, store_path(out, scenario.name), lambda line: None)
         for scenario in scenarios
         if scenario.name not in names
     ]
@@ -181,7 +181,7 @@ def _shared(
     for scenario in scenarios:
         path = store_path(out, scenario.name)
         if scenario.name in replaced or not is_made(path) or pending(path, retry_failed).any():
-            known = {} if scenario.name in replaced else store.attributes(path)
+            known = None if scenario.name in replaced else path
             scenario = settled(scenario, known, partial(console.print, highlight=False))
             runs = expand(scenario)
             # all runs have one scheme, unless it is swept

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from math import prod
 from typing import TYPE_CHECKING, Any
 
@@ -88,7 +89,7 @@ def _numbers(settings: Settings, given: tuple[float, ...] | Mapping[str, tuple[f
     return np.repeat(found, 1 if settings.sample is None else settings.sample.rows)
 
 
-def draw(sample: Sample) -> dict[str, tuple[Value, ...]]:
+def draw(sample: Sample) -> Draws:
     """Draw the values of every sampled key.
 
     Correlated keys are drawn through normal scores with the given correlations (a Gaussian copula), which
@@ -99,8 +100,15 @@ def draw(sample: Sample) -> dict[str, tuple[Value, ...]]:
     dict of str to tuple
         ``sample.rows`` values by key.
     """
+    return _drawn(sample.model_dump_json())
+
+
+@lru_cache(maxsize=8)
+def _drawn(text: str) -> Draws:
+    """Draw once what checks, hashes and every list of the runs ask for, by the sample as JSON."""
     from scipy.special import ndtr, ndtri
 
+    sample = Sample.model_validate_json(text)
     uniform = _uniform(sample)
     if sample.correlations:
         scores = ndtri(uniform) @ np.linalg.cholesky(sample.correlation).T

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import ceil, floor
-from typing import Any
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline import solver_objects
+from pipeline import solver_objects, store
 from pipeline.mistakes import BadInput
 from pipeline.runs import Run, build_scene, expand
 from pipeline.scenario import Scenario
@@ -50,7 +49,7 @@ class _Box:
         )
 
 
-def settled(scenario: Scenario, attributes: Mapping[str, Any], tell: Callable[[str], None]) -> Scenario:
+def settled(scenario: Scenario, path: Path | None, tell: Callable[[str], None]) -> Scenario:
     """Give a scenario with a domain: its own, that of its store, or one found from the flow.
 
     Every run is done on a lattice of wider spacing without sides, which is made larger until the flow of none
@@ -60,8 +59,8 @@ def settled(scenario: Scenario, attributes: Mapping[str, Any], tell: Callable[[s
     ----------
     scenario : Scenario
         As it was read.
-    attributes : mapping
-        Attributes of its store, empty where there is none.
+    path : Path, optional
+        Its store, where that may be there and holds what is asked for.
     tell : callable
         Told the domain that was found.
 
@@ -72,8 +71,9 @@ def settled(scenario: Scenario, attributes: Mapping[str, Any], tell: Callable[[s
     """
     if scenario.settings.domain is not None:
         return scenario
-    if "domain" in attributes:
-        return _within(scenario, Domain.model_validate(_pairs(json.loads(str(attributes["domain"])))))
+    known = {} if path is None else store.attributes(path)
+    if "domain" in known:
+        return _within(scenario, Domain.model_validate_json(str(known["domain"])))
     runs = expand(scenario)
     releases = [_extent(run) for run in (runs if _released_anew(scenario) else runs[:1])]
     box, least = _Box(*releases[0]), np.inf
@@ -94,10 +94,6 @@ def settled(scenario: Scenario, attributes: Mapping[str, Any], tell: Callable[[s
 
 def _within(scenario: Scenario, domain: Domain) -> Scenario:
     return replace(scenario, settings=scenario.settings.model_copy(update={"domain": domain}))
-
-
-def _pairs(domain: Mapping[str, Sequence[float]]) -> dict[str, tuple[float, ...]]:
-    return {axis: tuple(bounds) for axis, bounds in domain.items()}
 
 
 def _released_anew(scenario: Scenario) -> bool:
