@@ -16,8 +16,10 @@ from pipeline.strict_yaml import parse
 from solver.lattice import Lattice
 
 if TYPE_CHECKING:
+    from pipeline.point_file import PointFile
     from pipeline.runs import Run
     from pipeline.scenario import Scenario
+    from pipeline.settings import Settings
     from solver.operators import Kind, Operators
     from solver.point_cloud import PointCloud
 
@@ -43,22 +45,33 @@ def share(scenario: Scenario, runs: Iterable[Run]) -> SharedPoints:
     BadInput
         If points or supports are not fit; the message names the points.
     """
-    from solver.operators import key, kind_of, prepare
-
-    kinds: set[Kind] = set()
-    operators: dict[Hashable, Operators | None] = {}
     try:
-        points = solver_objects.points(scenario.settings, scenario.points)
-        for run in runs:
-            scheme = solver_objects.scheme(run.settings.scheme)
-            kinds.add(kind_of(points, scheme))
-            needed = key(points, scheme)
-            if needed is not None and needed not in operators:
-                operators[needed] = prepare(points, scheme)
+        return made(scenario.settings, scenario.points, runs)
     except ValueError as error:
         document = parse(scenario.text, str(scenario.path))
         found = f"expected points that fit, found {error}"
         raise BadInput([document.mistake(("points",), found)]) from None
+
+
+def made(settings: Settings, file: PointFile | None, runs: Iterable[Run]) -> SharedPoints:
+    """Make points by settings and what their file holds, and the operators of runs.
+
+    Raises
+    ------
+    ValueError
+        If points or supports are not fit.
+    """
+    from solver.operators import key, kind_of, prepare
+
+    kinds: set[Kind] = set()
+    operators: dict[Hashable, Operators | None] = {}
+    points = solver_objects.points(settings, file)
+    for run in runs:
+        scheme = solver_objects.scheme(run.settings.scheme)
+        kinds.add(kind_of(points, scheme))
+        needed = key(points, scheme)
+        if needed is not None and needed not in operators:
+            operators[needed] = prepare(points, scheme)
     return SharedPoints(points, operators, frozenset(kinds))
 
 

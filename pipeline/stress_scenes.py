@@ -11,13 +11,12 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
-from pipeline import solver_objects
 from pipeline import stress_draws as draws
 from pipeline.point_file import PointFile
 from pipeline.runs import Prepared, Run, build_scene
 from pipeline.scenario import load
 from pipeline.schema_errors import check
-from pipeline.shared_points import SharedPoints
+from pipeline.shared_points import made
 from pipeline.strict_yaml import parse
 
 Data = draws.Data
@@ -150,13 +149,9 @@ def prepared(drawn: Drawn) -> Prepared:
     ValueError
         If its points or supports are not fit; the message says why.
     """
-    from solver.operators import key, kind_of, prepare
-
     settings = check(parse(drawn.text, drawn.name).data)
     if isinstance(settings, list):
         raise ValueError("; ".join(f"{'.'.join(map(str, p.path))}: {p.message}" for p in settings))
     file = None if drawn.points is None else PointFile(drawn.points, "")
-    points, scheme = solver_objects.points(settings, file), solver_objects.scheme(settings.scheme)
-    operators = {key(points, scheme): prepare(points, scheme)}
-    shared = SharedPoints(points, operators, frozenset({kind_of(points, scheme)}))
-    return build_scene(Run(0, {}, settings), shared)
+    run = Run(0, {}, settings)
+    return build_scene(run, made(settings, file, [run]))
