@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Hashable, Mapping
 from typing import Any
 
@@ -11,7 +10,7 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 from pipeline.summary import overrun
-from pipeline.table import HEAD
+from pipeline.table import HEAD, text
 from pipeline.variables import PER_RUN, RETURN_PERIOD, WEIGHT
 
 SHOWN = ("front_x", "runout_distance", "reach_angle", "peak_speed")
@@ -46,13 +45,13 @@ def _rows(whole: pd.DataFrame, wide: bool) -> Table:
         table.add_column((name + unit).replace("_", "\n").replace(" ", "\n"), justify="right", no_wrap=True)
     for row in whole.to_dict("records"):
         status = str(row["status"])
-        given = [f"{name}={_text(row[name])}" for name in swept if not pd.isna(row[name])]
+        given = [f"{name}={text(row[name])}" for name in swept if not pd.isna(row[name])]
         table.add_row(
             str(row["scenario"]),
             str(row["run"]),
             f"[{STYLES.get(status, 'green')}]{_status(row)}[/]",
             *([(", " if wide else "\n").join(given)] if swept else []),
-            *(_text(row[name]) for name in shown),
+            *(text(row[name]) for name in shown),
         )
     return table
 
@@ -70,9 +69,3 @@ def _counts(whole: pd.DataFrame) -> Table:
     for scenario, row in counts.iterrows():
         table.add_row(str(scenario), *(str(row[state]) for state in states))
     return table
-
-
-def _text(value: object) -> str:
-    if not isinstance(value, float):
-        return str(value)
-    return "-" if math.isnan(value) else f"{value:.4g}"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Protocol, TypeVar
 
 import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
@@ -14,9 +14,23 @@ from pipeline.sweep import MOST_RUNS
 Scalar = Annotated[int | float | str | bool, BeforeValidator(check_finite_scalar)]
 
 
-def _check_truncation(lower: float | None, upper: float | None) -> None:
+class _Bounded(Protocol):
+    @property
+    def lower(self) -> float | None: ...
+
+    @property
+    def upper(self) -> float | None: ...
+
+
+Given = TypeVar("Given", bound=_Bounded)
+
+
+def _ordered(distribution: Given) -> Given:
+    """Refuse bounds that are not in order."""
+    lower, upper = distribution.lower, distribution.upper
     if lower is not None and upper is not None and not lower < upper:
         raise relation(f"expected a number above lower ({lower:g}), found {upper:g}", "upper", "lower")
+    return distribution
 
 
 class Uniform(Section):
@@ -26,10 +40,7 @@ class Uniform(Section):
     lower: float = key("least value", "of the key")
     upper: float = key("largest value", "of the key")
 
-    @model_validator(mode="after")
-    def _ordered(self) -> Uniform:
-        _check_truncation(self.lower, self.upper)
-        return self
+    _check = model_validator(mode="after")(_ordered)
 
 
 class Normal(Section):
@@ -41,10 +52,7 @@ class Normal(Section):
     lower: float | None = key("no value below it", "of the key", None)
     upper: float | None = key("no value above it", "of the key", None)
 
-    @model_validator(mode="after")
-    def _ordered(self) -> Normal:
-        _check_truncation(self.lower, self.upper)
-        return self
+    _check = model_validator(mode="after")(_ordered)
 
 
 class Lognormal(Section):
@@ -56,10 +64,7 @@ class Lognormal(Section):
     lower: Positive | None = key("no value below it", "of the key", None)
     upper: Positive | None = key("no value above it", "of the key", None)
 
-    @model_validator(mode="after")
-    def _ordered(self) -> Lognormal:
-        _check_truncation(self.lower, self.upper)
-        return self
+    _check = model_validator(mode="after")(_ordered)
 
 
 class Triangular(Section):
@@ -70,9 +75,10 @@ class Triangular(Section):
     mode: float = key("most likely value", "of the key")
     upper: float = key("largest value", "of the key")
 
+    _check = model_validator(mode="after")(_ordered)
+
     @model_validator(mode="after")
-    def _ordered(self) -> Triangular:
-        _check_truncation(self.lower, self.upper)
+    def _within(self) -> Triangular:
         if not self.lower <= self.mode <= self.upper:
             found = f"expected a number from {self.lower:g} to {self.upper:g}, found {self.mode:g}"
             raise relation(found, "mode", "lower", "upper")

@@ -83,11 +83,12 @@ def markdown(table: pd.DataFrame) -> str:
     """Give a table in Markdown, numbers to four digits."""
     lines = [" | ".join(table.columns), " | ".join("---" for _ in table.columns)]
     for row in table.itertuples(index=False):
-        lines.append(" | ".join(_text(value) for value in row))
+        lines.append(" | ".join(text(value) for value in row))
     return "".join(f"| {line} |\n" for line in lines)
 
 
-def _text(value: object) -> str:
+def text(value: object) -> str:
+    """Write a value for people, a number to four digits; a missing one as a dash."""
     if value is pd.NA or value != value:
         return "-"
     return f"{value:.4g}" if isinstance(value, float) else str(value)
