@@ -155,7 +155,7 @@ def moving_volume_exceeds(
     volume: float,
     started: bool,
 ) -> bool:
-    """As `solver.activity.moving_volume_exceeds`."""
+    """As `solver.spans.moving_volume_exceeds`."""
     moves = not started
     for r in range(activity.counts[0]):
         start, stop = activity.stepped_runs[r]

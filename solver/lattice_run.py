@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver import time_stepping
-from solver.activity import Bed, Spans, Status
+from solver.activity import Bed, Status
 from solver.boundary import DEPTH, GHOSTS, LANES, OPEN, Fields, Grid, Sides
 from solver.compiled import Array
 from solver.lattice import Lattice
@@ -17,6 +17,7 @@ from solver.rheology import PressureCoefficients
 from solver.riemann import Fluxes
 from solver.run_setup import Carried, Run, by_name, falling_rate, gravity_along_and_normal, state_of
 from solver.scene import Scene
+from solver.spans import Spans
 from solver.time_stepping import Record, record_maxima
 from solver.weighted_residual import RING, Buffers
 from solver.window import Part, Window, around, needed

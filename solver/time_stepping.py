@@ -8,19 +8,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.activity import (
-    Bed,
-    Material,
-    Spans,
-    Status,
-    classify,
-    comes_to,
-    copy_surroundings,
-    moving_volume_exceeds,
-    spread,
-)
+from solver.activity import Bed, Material, Status, classify
 from solver.boundary import GHOSTS, Fields, Grid, Sides
 from solver.compiled import Array, Indices, kernel
+from solver.spans import Spans, comes_to, copy_surroundings, moving_volume_exceeds, spread
 from solver.weighted_residual import Buffers, stage
 
 # Eq. 14: weights of each stage's result in U = U_0 + part (U_k - U_0 + dt L(U_k)).

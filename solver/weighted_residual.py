@@ -7,7 +7,7 @@ Testing eq. 12 with the indicator function of a point's control volume gives
 with F* the HLL flux between the LMLS reconstructions on both sides of a face. Arrays are flat, row after row
 along x, padded by two ghost cells on every side; indices in inner loops are unsigned, since a negative one
 would have to wrap around and loops would not vectorise. Only cells whose state can change in a step are
-visited: a span of each row, found at the start of the step in `solver.activity`.
+visited: a span of each row, found at the start of the step in `solver.spans`.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from solver.activity import Bed, Material, Status, hull
+from solver.activity import Bed, Material, Status
 from solver.boundary import (
     AXIS,
     GHOSTS,
@@ -35,6 +35,7 @@ from solver.cell_update import drag_row, update_row
 from solver.compiled import Array, Indices, kernel
 from solver.reconstruction import FaceValues, face_values
 from solver.riemann import Fluxes, hll
+from solver.spans import hull
 
 # What a cell must keep in one stage, as a share of its depth, so that round-off cannot make it negative.
 SPARE = 1e-12
@@ -155,7 +156,7 @@ def stage(
     start, now, out : Fields
         State at the start of the step, of this stage, and to be filled; ``out`` may be ``start``.
     spans, first, last
-        Cells and rows to be stepped, from `solver.activity.spread`.
+        Cells and rows to be stepped, from `solver.spans.spread`.
     part : float
         Weight of this stage's result in the convex combination with ``start``.
     share : float

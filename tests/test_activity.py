@@ -5,11 +5,12 @@ import numpy as np
 import pytest
 from scenes import MIXED, SCENES, all_sides, rough, scene
 
-from solver.activity import classify, copy_surroundings, hull, moving_volume_exceeds, spread
+from solver.activity import classify
 from solver.boundary import LANES, Fields
 from solver.lattice_run import LatticeRun
 from solver.rheology import Coulomb, MohrCoulomb
 from solver.simulation import Boundaries, simulate
+from solver.spans import copy_surroundings, hull, moving_volume_exceeds, spread
 from solver.terrain import Plane
 
 PRESSURE = MohrCoulomb(40, 15)

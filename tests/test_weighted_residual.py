@@ -3,12 +3,13 @@ import numpy as np
 import pytest
 from scenes import SCENES, rough, scene
 
-from solver.activity import classify, copy_surroundings, spread
+from solver.activity import classify
 from solver.boundary import Fields, Grid
 from solver.lattice_run import LatticeRun
 from solver.rheology import Coulomb, Voellmy
 from solver.riemann import Fluxes
 from solver.simulation import simulate
+from solver.spans import copy_surroundings, spread
 from solver.terrain import Plane
 from solver.weighted_residual import SPARE, afford, scale, stage
 
