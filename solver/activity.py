@@ -7,8 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from solver.boundary import AXIS, DEPTH, GHOSTS, Fields, Grid, Sides, fill_ghosts
+from solver.boundary import AXIS, DEPTH, GHOSTS, Fields, Grid, Sides
 from solver.compiled import Array, kernel
+from solver.ghosts import fill_ghosts
 from solver.spans import Spans
 
 # Round-off allowed where a drive exactly at the friction limit must count as held (slope = friction angle).
@@ -52,7 +53,7 @@ class Status(NamedTuple):
     still: Array
 
 
-@kernel()
+@kernel(unaliased=True)
 def classify_run(
     now: Fields,
     status: Status,
@@ -117,7 +118,7 @@ def classify(
         Largest ``(|u| + c_x)/dx + (|v| + c_y)/dy`` of a wet cell, or what gravity needs there, s-1.
     """
     m, still = grid.stride, status.still
-    fill_ghosts(now, status.beta_x, status.beta_y, sides, grid, GHOSTS, grid.rows - GHOSTS - 1)
+    fill_ghosts(now, status.beta_x, status.beta_y, sides, grid, spans.wet, GHOSTS, grid.rows - GHOSTS - 1)
     spans.rate[:] = 0.0
     for j in range(GHOSTS, grid.rows - GHOSTS):
         lo, hi = spans.wet[0, j], spans.wet[1, j]
@@ -125,6 +126,14 @@ def classify(
         if lo >= hi:
             continue
         classify_run(now, status, bed, material, grid, spans.rate, j * m + lo, lo, hi - lo)
+        if lo == GHOSTS:
+            copy_status(status, j * m + lo - 1, j * m + lo, 1)
+        if hi == m - GHOSTS:
+            copy_status(status, j * m + hi, j * m + hi - 1, 1)
+        if j == GHOSTS + (1 if sides.kind[2] == AXIS else 0):
+            copy_status(status, (GHOSTS - 1) * m + lo, j * m + lo, hi - lo)
+        if j == grid.rows - GHOSTS - 1:
+            copy_status(status, (j + 1) * m + lo, j * m + lo, hi - lo)
         while lo < hi and now.h[j * m + lo] <= material.dry:
             lo += 1
         while lo < hi and now.h[j * m + hi - 1] <= material.dry:
@@ -135,55 +144,41 @@ def classify(
         while lo < hi and still[j * m + hi - 1] == 1.0:
             hi -= 1
         spans.moving[0, j], spans.moving[1, j] = lo, hi
-    rate = 0.0
-    for k in range(2):
-        cell, step = (GHOSTS, -1) if k == 0 else (m - GHOSTS - 1, 1)
-        for j in range(GHOSTS, grid.rows - GHOSTS):
-            i = j * m + cell
-            pull, hold = step * bed.along[cell], bed.normal[cell] * material.tangent * HOLDS
-            rate = max(
-                rate,
-                status_outside(
-                    now.h, status, status.beta_x, i, step, grid.dx, pull, hold, sides.kind[k], material.dry
-                ),
-            )
-        row, step = (GHOSTS, -m) if k == 0 else (grid.rows - GHOSTS - 1, m)
-        for cell in range(GHOSTS, m - GHOSTS):
-            i = row * m + cell
-            hold = bed.normal[cell] * material.tangent * HOLDS
-            rate = max(
-                rate,
-                status_outside(
-                    now.h, status, status.beta_y, i, step, grid.dy, 0.0, hold, sides.kind[2 + k], material.dry
-                ),
-            )
+    rate: float = driven_rate(now.h, status, bed, material, sides, grid)
     for c in range(m):
         if spans.rate[c] > 0.0:
             rate = max(rate, spans.rate[c], bed.falling[c])
     return rate
 
 
-@kernel()
-def status_outside(
-    h: Array,
-    status: Status,
-    beta: Array,
-    cell: int,
-    step: int,
-    d: float,
-    pull: float,
-    hold: float,
-    kind: int,
-    dry: float,
-) -> float:
-    """Give the ghost ``step`` from a cell the cell's status, but let a given depth drive it.
+@kernel(unaliased=True)
+def copy_status(status: Status, ghost: int, source: int, count: int) -> None:
+    """Give a run of ghosts the status of their images."""
+    for k in range(count):
+        g, i = np.uint64(ghost) + np.uint64(k), np.uint64(source) + np.uint64(k)
+        status.beta_x[g], status.beta_y[g] = status.beta_x[i], status.beta_y[i]
+        status.still[g] = status.still[i]
 
-    Returns the wave rate of what is driven, s-1.
-    """
-    ghost, image = cell + step, cell - step if kind == AXIS else cell
-    status.beta_x[ghost], status.beta_y[ghost] = status.beta_x[image], status.beta_y[image]
-    status.still[ghost] = status.still[image]
-    if kind == DEPTH and h[ghost] > dry and abs(beta[cell] * (h[ghost] - h[cell]) / d - pull) > hold:
-        status.still[ghost] = 0.0
-        return 2.0 * math.sqrt(beta[cell] * h[ghost]) / d
-    return 0.0
+
+@kernel()
+def driven_rate(h: Array, status: Status, bed: Bed, material: Material, sides: Sides, grid: Grid) -> float:
+    """Let given depths drive the ghosts beside them; return the largest wave rate of those, s-1."""
+    m, rate = grid.stride, 0.0
+    for k in range(4):
+        if sides.kind[k] != DEPTH:
+            continue
+        along_x = k < 2
+        count = grid.rows - 2 * GHOSTS if along_x else m - 2 * GHOSTS
+        for n in range(GHOSTS, GHOSTS + count):
+            row = n if along_x else (GHOSTS if k == 2 else grid.rows - GHOSTS - 1)
+            column = n if not along_x else (GHOSTS if k == 0 else m - GHOSTS - 1)
+            step = (1 if k % 2 == 1 else -1) * (1 if along_x else m)
+            cell, ghost = row * m + column, row * m + column + step
+            copy_status(status, ghost, cell, 1)
+            beta = status.beta_x[cell] if along_x else status.beta_y[cell]
+            d, pull = (grid.dx, step * bed.along[column]) if along_x else (grid.dy, 0.0)
+            hold = bed.normal[column] * material.tangent * HOLDS
+            if h[ghost] > material.dry and abs(beta * (h[ghost] - h[cell]) / d - pull) > hold:
+                status.still[ghost] = 0.0
+                rate = max(rate, 2.0 * math.sqrt(beta * h[ghost]) / d)
+    return rate

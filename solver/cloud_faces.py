@@ -7,8 +7,9 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.boundary import DEPTH, LANES, NO_SLIP, WALL, Fields, Sides, leaving_at_depth
+from solver.boundary import DEPTH, LANES, NO_SLIP, WALL, Fields, Sides
 from solver.compiled import Array, Indices, Numbers, kernel
+from solver.ghosts import leaving_at_depth
 from solver.voronoi import SIDE_NORMALS, ControlVolumes
 
 # Faces that every cell has room for in a table; those of the few cells with more are in a list.
@@ -148,7 +149,7 @@ def beyond(faces: Faces, half: int) -> tuple[int, int, float]:
 def fill_ghosts_beyond(
     now: Fields, beta_x: Array, beta_y: Array, faces: Faces, sides: Sides, start: int, stop: int
 ) -> None:
-    """Fill some ghosts, as `solver.boundary.ghosts_beyond`; walls are shown no more than their cells show.
+    """Fill some ghosts, as `solver.ghosts.ghosts_beyond`; walls are shown no more than their cells show.
 
     Parameters
     ----------

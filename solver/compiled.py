@@ -80,8 +80,9 @@ def kernel(fastmath: bool = True, unaliased: bool = False) -> Callable[[Callable
     fastmath : bool
         False for the functions that look for NaN.
     unaliased : bool
-        Promise that nothing written lies in an array that is read. Where what is read is found by an index,
-        LLVM cannot see that by itself, and the loop would not vectorise.
+        Promise that nothing written lies in an array given under another name. LLVM asks otherwise each time
+        that a loop is entered, which costs short rows as much as their cells do; where what is read is found
+        by an index it cannot ask, and the loop does not vectorise.
     """
     flags = {"nnan", "nsz"} if fastmath else False
 

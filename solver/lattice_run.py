@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from solver import time_stepping
 from solver.activity import Bed, Status
-from solver.boundary import DEPTH, GHOSTS, LANES, OPEN, Fields, Grid, Sides
+from solver.boundary import AXIS, DEPTH, GHOSTS, LANES, OPEN, Fields, Grid, Sides
 from solver.compiled import Array
 from solver.lattice import Lattice
 from solver.reconstruction import FaceValues
@@ -145,6 +145,12 @@ class LatticeRun(Run):
         place = slice(down, down + ny), slice(right, right + nx)
         for old, new in zip(views, (*self.now, *self.status), strict=True):
             self._inner(new)[place] = old
+        # of ghosts only the status lasts from step to step
+        image = GHOSTS + (1 if self.window_sides.kind[2] == AXIS else 0)
+        for new in self.status:
+            padded = new.reshape(self.grid.rows, self.grid.stride)
+            padded[GHOSTS - 1], padded[-GHOSTS] = padded[image], padded[-GHOSTS - 1]
+            padded[:, GHOSTS - 1], padded[:, -GHOSTS] = padded[:, GHOSTS], padded[:, -GHOSTS - 1]
         for old, new in zip(record, self.record, strict=True):
             new.reshape(self.window.shape)[place] = old.reshape(ny, nx)
         inside = spans.wet[:, GHOSTS:-GHOSTS]

@@ -50,7 +50,7 @@ def limited(back: float, forth: float, steepness: float) -> tuple[float, float]:
     )
 
 
-@kernel()
+@kernel(unaliased=True)
 def face_values(
     h: Array,
     n: Array,

@@ -23,7 +23,7 @@ class Fluxes(NamedTuple):
     pressure: Array
 
 
-@kernel()
+@kernel(unaliased=True)
 def hll(
     low: FaceValues,
     low_at: int,

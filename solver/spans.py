@@ -34,7 +34,7 @@ def hull(spans: Indices, first: int, last: int) -> tuple[int, int]:
 
 
 @kernel()
-def spread(spans: Spans, still: Array, grid: Grid) -> tuple[int, int, int]:
+def spread(spans: Spans, still: Array, sides: Sides, grid: Grid) -> tuple[int, int, int]:
     """Set the spans to be stepped: moving cells and their neighbours, within the domain, in whole vectors.
 
     Returns
@@ -48,15 +48,16 @@ def spread(spans: Spans, still: Array, grid: Grid) -> tuple[int, int, int]:
         lo, hi = m, 0
         if spans.moving[0, j] < spans.moving[1, j]:
             lo, hi = spans.moving[0, j] - 1, spans.moving[1, j] + 1
-        if still[j * m + g - 1] == 0.0:
+        # a given depth may drive what is beside it
+        if sides.kind[0] == DEPTH and still[j * m + g - 1] == 0.0:
             lo, hi = g, max(hi, g + 1)
-        if still[j * m + m - g] == 0.0:
+        if sides.kind[1] == DEPTH and still[j * m + m - g] == 0.0:
             lo, hi = min(lo, m - g - 1), m - g
         for k in (j - 1, j + 1):
             if g <= k < grid.rows - g:
                 if spans.moving[0, k] < spans.moving[1, k]:
                     lo, hi = min(lo, spans.moving[0, k]), max(hi, spans.moving[1, k])
-            else:
+            elif sides.kind[2 if k < g else 3] == DEPTH:
                 for i in range(g, m - g):
                     if still[k * m + i] == 0.0:
                         lo, hi = min(lo, i), max(hi, i + 1)

@@ -49,7 +49,7 @@ class Progress(NamedTuple):
     place: Indices
 
 
-@kernel(fastmath=False)
+@kernel(fastmath=False, unaliased=True)
 def record_run(
     now: Fields, cell: int, count: int, dry: float, threshold: float, time: float, record: Record, to: int
 ) -> bool:
@@ -146,7 +146,7 @@ def advance(
         if progress.steps[0] >= max_steps:
             return OUT_OF_STEPS
         rate = classify(now, status, bed, material, sides, grid, spans)
-        first, last, cells = spread(spans, status.still, grid)
+        first, last, cells = spread(spans, status.still, sides, grid)
         started = progress.steps[0] > 0
         if first > last or not moving_volume_exceeds(
             now, status.still, spans, sides, grid, rest_volume, started

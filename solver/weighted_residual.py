@@ -19,6 +19,7 @@ import numpy as np
 from solver.activity import Bed, Material, Status
 from solver.boundary import (
     AXIS,
+    EVEN,
     GHOSTS,
     LANES,
     MIDLINE,
@@ -26,13 +27,13 @@ from solver.boundary import (
     Grid,
     Sides,
     account,
-    fill_ghosts,
     images,
     mirror_fluxes,
     restrict,
 )
 from solver.cell_update import drag_row, update_row
 from solver.compiled import Array, Indices, kernel
+from solver.ghosts import fill_ghosts
 from solver.reconstruction import FaceValues, face_values
 from solver.riemann import Fluxes, hll
 from solver.spans import hull
@@ -59,7 +60,7 @@ class Buffers(NamedTuple):
     keep: Array
 
 
-@kernel()
+@kernel(unaliased=True)
 def afford(
     h: Array,
     cell: int,
@@ -174,31 +175,33 @@ def stage(
     beta_x, beta_y, still = status
     x_mass, y_mass = x_fluxes.mass, y_fluxes.mass
     west, east, low, high = sides.kind[0], sides.kind[1], sides.kind[2], sides.kind[3]
-    fill_ghosts(now, beta_x, beta_y, sides, grid, first, last)
+    fill_ghosts(now, beta_x, beta_y, sides, grid, spans, first, last)
     short_before = False
     for j in range(first - 1, last + 2):
-        for k in range(j if j < first else j + 1, j + 2):
-            a, b = hull(spans, k - 1, k + 1)
-            face_values(h, v, u, beta_y, k * m + a, m, whole(b - a), dry, across, (k % 2) * room + a)
         ring, below = (j % RING) * room, ((j - 1) % RING) * room
-        a, b = hull(spans, j, j + 1)
-        hll(
-            across,
-            (j % 2) * room + a,
-            across,
-            ((j + 1) % 2) * room + a,
-            still,
-            j * m + a,
-            m,
-            whole(b - a),
-            dry,
-            y_fluxes,
-            ring + a,
-        )
-        if j == GHOSTS - 1:
-            restrict(y_fluxes, ring + a, h, v, u, beta_y, (j + 1) * m + a, b - a, low, -1.0)
-        if j == grid.rows - GHOSTS - 1:
-            restrict(y_fluxes, ring + a, h, v, u, beta_y, j * m + a, b - a, high, 1.0)
+        # nothing passes between the rows of a flow that does not vary: their fluxes stay zero
+        if low != EVEN:
+            for k in range(j if j < first else j + 1, j + 2):
+                a, b = hull(spans, k - 1, k + 1)
+                face_values(h, v, u, beta_y, k * m + a, m, whole(b - a), dry, across, (k % 2) * room + a)
+            a, b = hull(spans, j, j + 1)
+            hll(
+                across,
+                (j % 2) * room + a,
+                across,
+                ((j + 1) % 2) * room + a,
+                still,
+                j * m + a,
+                m,
+                whole(b - a),
+                dry,
+                y_fluxes,
+                ring + a,
+            )
+            if j == GHOSTS - 1:
+                restrict(y_fluxes, ring + a, h, v, u, beta_y, (j + 1) * m + a, b - a, low, -1.0)
+            if j == grid.rows - GHOSTS - 1:
+                restrict(y_fluxes, ring + a, h, v, u, beta_y, j * m + a, b - a, high, 1.0)
         short = False
         a, b = spans[0, j], spans[1, j]
         if a < b:
@@ -280,7 +283,7 @@ def stage(
         )
         if material.drag > 0.0:
             drag_row(out, row * m + a, b - a, part * dt * material.drag)
-        if row == GHOSTS and low not in (AXIS, MIDLINE):
+        if row == GHOSTS and low not in (AXIS, MIDLINE, EVEN):
             account(y_mass, south, b - a, -1.0, share * dt * grid.dx, ledger[2])
-        if row == grid.rows - GHOSTS - 1:
+        if row == grid.rows - GHOSTS - 1 and high != EVEN:
             account(y_mass, below + a, b - a, 1.0, images(sides, row) * share * dt * grid.dx, ledger[3])

@@ -8,7 +8,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.boundary import AXIS, GHOSTS, MIDLINE, OPEN, WALL, Sides
+from solver.boundary import AXIS, EVEN, GHOSTS, MIDLINE, OPEN, WALL, Sides
 from solver.compiled import Array, Indices
 
 # A half needs as many rows beside the axis as it has ghosts.
@@ -72,7 +72,7 @@ class Part:
         if self.kind == "half":
             kinds[2] = AXIS if self.shape[0] % 2 else MIDLINE
         if self.kind == "row":
-            kinds[2:] = OPEN
+            kinds[2:] = EVEN
         return kinds
 
     def expanded(self, values: Array, window: Window, outside: float, image: float = 1.0) -> Array:

@@ -65,7 +65,7 @@ def test_spans_are_the_hulls_of_wet_and_moving_cells_and_of_their_neighbours(cas
     for shift, axis in ((1, 0), (-1, 0), (1, 1), (-1, 1)):
         around |= np.roll(moving, shift, axis)
     around[:2] = around[-2:] = around[:, :2] = around[:, -2:] = False
-    first, last, cells = spread(run.spans, run.status.still, run.grid)
+    first, last, cells = spread(run.spans, run.status.still, run.sides, run.grid)
     stepped, widths = covered(run.spans.stepped), filled(around).sum(axis=1)
     assert (stepped >= filled(around)).all()
     assert not np.concatenate([stepped[:2], stepped[-2:]]).any()
@@ -111,7 +111,7 @@ def test_moving_volume_counts_what_is_not_still():
 def test_a_stage_reads_no_cell_that_was_not_copied():
     """What a stage reads is within two cells of what it steps."""
     run, _ = classified(SCENES["several blobs"][0])
-    first, last, _ = spread(run.spans, run.status.still, run.grid)
+    first, last, _ = spread(run.spans, run.status.still, run.sides, run.grid)
     shape = run.grid.rows, run.grid.stride
     target = Fields(*(np.full(shape[0] * shape[1], np.nan) for _ in range(3)))
     copy_surroundings(run.now, target, run.spans.stepped, run.grid, first, last)

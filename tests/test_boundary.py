@@ -15,9 +15,9 @@ from solver.boundary import (
     Grid,
     Sides,
     account,
-    fill_ghosts,
     restrict,
 )
+from solver.ghosts import fill_ghosts
 from solver.lattice import Lattice
 from solver.rheology import Coulomb
 from solver.riemann import Fluxes
@@ -36,6 +36,13 @@ def numbered(sides, lean=(0.0, 0.0)):
     )
 
 
+def full(rows, columns):
+    """Spans of all cells of padded rows."""
+    spans = np.zeros((2, rows), dtype=np.int64)
+    spans[:, GHOSTS:-GHOSTS] = [[GHOSTS], [columns - GHOSTS]]
+    return spans
+
+
 @pytest.mark.parametrize("sides", SIDES)
 @pytest.mark.parametrize("shape", [(2, 2), (5, 9)])
 @pytest.mark.parametrize("lean", [(0.0, 0.0), (0.4, 0.3), (-0.2, -0.1)])
@@ -44,10 +51,12 @@ def test_ghosts_are_their_twin(sides, shape, lean):
     rows, m = shape[0] + 2 * GHOSTS, shape[1] + 2 * GHOSTS
     flat = Fields(*(np.pad(q, GHOSTS, constant_values=np.nan).ravel() for q in state))
     beta_x, beta_y, grid = np.full(rows * m, 4.0), np.full(rows * m, 9.0), Grid(rows, m, 2.0, 1.0)
-    fill_ghosts(flat, beta_x, beta_y, numbered(sides, lean), grid, GHOSTS, rows - GHOSTS - 1)
+    fill_ghosts(flat, beta_x, beta_y, numbered(sides, lean), grid, full(rows, m), GHOSTS, rows - GHOSTS - 1)
     rises = -lean[0] / 2, lean[1] / 2
     for actual, expected in zip(flat, dense.padded(state, sides, rises, (4.0, 4.0, 9.0, 9.0)), strict=True):
-        np.testing.assert_array_equal(actual.reshape(rows, m), expected)
+        # nothing reads the corners
+        for part in (np.s_[:, GHOSTS:-GHOSTS], np.s_[GHOSTS:-GHOSTS]):
+            np.testing.assert_array_equal(actual.reshape(rows, m)[part], expected[part])
 
 
 def test_ghosts_of_some_rows_are_filled_with_those_a_stage_reads():
@@ -57,7 +66,8 @@ def test_ghosts_of_some_rows_are_filled_with_those_a_stage_reads():
     expected = dense.padded(state, sides)
     for first, last in ((2, 3), (5, 7), (9, 10)):
         flat = Fields(*(np.pad(q, 2, constant_values=np.nan).ravel() for q in state))
-        fill_ghosts(flat, np.ones(130), np.ones(130), numbered(sides), Grid(13, 10, 1.0, 1.0), first, last)
+        grid = Grid(13, 10, 1.0, 1.0)
+        fill_ghosts(flat, np.ones(130), np.ones(130), numbered(sides), grid, full(13, 10), first, last)
         for actual, wanted in zip(flat, expected, strict=True):
             read = np.s_[first - 2 : last + 3, 2:-2], np.s_[first : last + 1, :]
             for part in read:

@@ -79,7 +79,7 @@ def test_skipping_changes_no_bit(case, end):
         for run in (some, everything):
             run.advance(end, steps)
             rate = classify(run.now, run.status, run.bed, run.material, run.sides, run.grid, run.spans)
-        first, last, _ = spread(some.spans, some.status.still, some.grid)
+        first, last, _ = spread(some.spans, some.status.still, some.sides, some.grid)
         rows, m = some.grid.rows, some.grid.stride
         spans = np.zeros((2, rows), dtype=np.int64)
         spans[:, 2:-2] = [[2], [m - 2]]
