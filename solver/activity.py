@@ -10,6 +10,7 @@ import numpy as np
 from solver.boundary import AXIS, DEPTH, GHOSTS, Fields, Grid, Sides
 from solver.compiled import Array, kernel
 from solver.ghosts import fill_ghosts
+from solver.riemann import DRY, HELD
 from solver.spans import Spans
 
 # Round-off allowed where a drive exactly at the friction limit must count as held (slope = friction angle).
@@ -45,7 +46,7 @@ class Material(NamedTuple):
 class Status(NamedTuple):
     """What each cell is in this step, flat arrays of the padded lattice.
 
-    beta_x, beta_y : g cos(xi) K (eq. 7), m s-2. still : 1 where dry or held by friction, else 0.
+    beta_x, beta_y : g cos(xi) K (eq. 7), m s-2. still : DRY, HELD by friction, else 0.
     """
 
     beta_x: Array
@@ -100,7 +101,8 @@ def classify_run(
         limit *= limit
         square = u[i] * u[i] + v[i] * v[i]
         held = (steep_x + mean_y * mean_y <= limit) & (mean_x * mean_x + steep_y <= limit) & (square == 0.0)
-        status.still[i] = 1.0 if held | (not wet) else 0.0
+        stopped = HELD if held else 0.0
+        status.still[i] = stopped if wet else DRY
         this = (abs(u[i]) + math.sqrt(b_x * h[i])) * over_x + (abs(v[i]) + math.sqrt(b_y * h[i])) * over_y
         this = this if wet else 0.0
         rate[c] = this if this > rate[c] else rate[c]
@@ -139,9 +141,9 @@ def classify(
         while lo < hi and now.h[j * m + hi - 1] <= material.dry:
             hi -= 1
         spans.wet[0, j], spans.wet[1, j] = lo, hi
-        while lo < hi and still[j * m + lo] == 1.0:
+        while lo < hi and still[j * m + lo] != 0.0:
             lo += 1
-        while lo < hi and still[j * m + hi - 1] == 1.0:
+        while lo < hi and still[j * m + hi - 1] != 0.0:
             hi -= 1
         spans.moving[0, j], spans.moving[1, j] = lo, hi
     rate: float = driven_rate(now.h, status, bed, material, sides, grid)
@@ -178,7 +180,12 @@ def driven_rate(h: Array, status: Status, bed: Bed, material: Material, sides: S
             beta = status.beta_x[cell] if along_x else status.beta_y[cell]
             d, pull = (grid.dx, step * bed.along[column]) if along_x else (grid.dy, 0.0)
             hold = bed.normal[column] * material.tangent * HOLDS
-            if h[ghost] > material.dry and abs(beta * (h[ghost] - h[cell]) / d - pull) > hold:
+            if h[ghost] <= material.dry:
+                continue
+            # friction holds it where it does not drive, also where the cell is dry
+            if status.still[ghost] == DRY:
+                status.still[ghost] = HELD
+            if abs(beta * (h[ghost] - h[cell]) / d - pull) > hold:
                 status.still[ghost] = 0.0
                 rate = max(rate, 2.0 * math.sqrt(beta * h[ghost]) / d)
     return rate

@@ -9,7 +9,7 @@ import numpy as np
 from solver.activity import HOLDS, Bed, Material, Status
 from solver.boundary import Fields, Grid
 from solver.compiled import kernel
-from solver.riemann import Fluxes
+from solver.riemann import HELD, Fluxes
 
 
 @kernel()
@@ -112,7 +112,7 @@ def update_row(
         gain = (x_fluxes.mass[w] - x_fluxes.mass[e]) * over_x + (y_fluxes.mass[s] - y_fluxes.mass[n]) * over_y
         gain_u = (x_fluxes.normal[w] - x_fluxes.normal[e]) * over_x
         gain_u += (y_fluxes.tangential[s] - y_fluxes.tangential[n]) * over_y
-        free = 1.0 - (status.still[i] if h_0 > dry else 0.0)
+        free = 0.0 if status.still[i] == HELD else 1.0
         load = loaded(h_1, h_1 + dt * gain)
         drive_u = (
             status.beta_x[i] * (x_fluxes.pressure[w] - x_fluxes.pressure[e]) * over_x + bed.along[c] * load

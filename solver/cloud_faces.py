@@ -14,8 +14,6 @@ from solver.voronoi import SIDE_NORMALS, ControlVolumes
 
 # Faces that every cell has room for in a table; those of the few cells with more are in a list.
 ROOM = 8
-# Why a cell counts as still (`solver.activity.Status`): it is dry, or friction holds it.
-DRY, HELD = 1.0, 2.0
 
 
 class Faces(NamedTuple):

@@ -9,10 +9,11 @@ import numpy as np
 
 from solver.activity import Status
 from solver.boundary import DEPTH, Fields, Sides
-from solver.cloud_faces import HELD, Faces, whole_blocks
+from solver.cloud_faces import Faces, whole_blocks
 from solver.compiled import Array, Numbers, kernel
 from solver.moving_least_squares import Approximation
 from solver.reconstruction import AHEAD, FRONT
+from solver.riemann import HELD
 
 # What is behind a front has this share of its speed at least.
 FOLLOWS = 0.25

@@ -14,10 +14,11 @@ from solver.activity import Material, Status
 from solver.boundary import LANES, Fields, Sides
 from solver.cell_update import braked, drag_row, loaded
 from solver.cloud_activity import Activity, CloudBed
-from solver.cloud_faces import HELD, ROOM, Faces, beyond, fill_ghosts_beyond, half_of
+from solver.cloud_faces import ROOM, Faces, beyond, fill_ghosts_beyond, half_of
 from solver.cloud_fluxes import CloudBuffers, fluxes_through
 from solver.cloud_reconstruction import Gradient, flatten_fed, slopes_at
 from solver.compiled import Array, Numbers, kernel
+from solver.riemann import HELD
 from solver.weighted_residual import SPARE
 
 # Blocks taken at a time, so that their fluxes are still at hand when their cells are updated.

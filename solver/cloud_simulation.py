@@ -10,13 +10,14 @@ from numpy.typing import NDArray
 from solver.activity import Status
 from solver.boundary import LANES, Fields
 from solver.cloud_activity import CloudBed, activity_of
-from solver.cloud_faces import DRY, aligned, all_aligned
+from solver.cloud_faces import aligned, all_aligned
 from solver.cloud_fluxes import cloud_buffers
 from solver.cloud_operators import CloudOperators, prepare
 from solver.cloud_stepping import advance_cloud, record_cells
 from solver.compiled import Array
 from solver.point_cloud import PointCloud
 from solver.rheology import PressureCoefficients
+from solver.riemann import DRY
 from solver.run_setup import Carried, Run, by_name, falling_rate, gravity_along_and_normal, state_of
 from solver.scene import Scene
 from solver.time_stepping import SSP_RK3, Record

@@ -9,9 +9,10 @@ import numpy as np
 from solver.activity import HOLDS, Material, Status
 from solver.boundary import DEPTH, LANES, NO_SLIP, WALL, Fields, Sides
 from solver.cloud_activity import Activity, CloudBed
-from solver.cloud_faces import DRY, HELD, Faces, beyond, fill_ghosts_beyond, half_of
+from solver.cloud_faces import Faces, beyond, fill_ghosts_beyond, half_of
 from solver.cloud_reconstruction import Gradient, flatten_fed, slopes_at
 from solver.compiled import Array, kernel
+from solver.riemann import DRY, HELD
 from solver.voronoi import SIDE_NORMALS, ControlVolumes
 
 # Gradients of velocity this much below speed per spacing are round-off, and count as none.
@@ -126,7 +127,10 @@ def classify_ghosts(
     start: int,
     stop: int,
 ) -> float:
-    """Give some ghosts the status of their cells, but let a given depth drive them; return its wave rate."""
+    """Give some ghosts the status of their cells, but let a given depth drive them; return its wave rate.
+
+    A given depth is not dry where its cell is: friction holds it where it does not drive.
+    """
     h, fastest = now.h, 0.0
     for b in range(start, stop):
         f = faces.outer + b
@@ -138,6 +142,8 @@ def classify_ghosts(
             way = faces.geometry[2, f] * n_x + faces.geometry[3, f] * n_y
             b_n = b_x * n_x * n_x + b_y * n_y * n_y
             push = abs(b_n * (h[ghost] - h[i]) / way - n_x * bed.along[i])
+            if status.still[ghost] == DRY:
+                status.still[ghost] = HELD
             if push > bed.normal[i] * material.tangent * HOLDS:
                 status.still[ghost] = 0.0
                 fastest = max(fastest, 2.0 * math.sqrt(b_n * h[ghost]) * faces.geometry[6, f] / area[i])

@@ -14,7 +14,7 @@ from solver.compiled import Array
 from solver.lattice import Lattice
 from solver.reconstruction import FaceValues
 from solver.rheology import PressureCoefficients
-from solver.riemann import Fluxes
+from solver.riemann import DRY, Fluxes
 from solver.run_setup import Carried, Run, by_name, falling_rate, gravity_along_and_normal, state_of
 from solver.scene import Scene
 from solver.spans import Spans
@@ -104,7 +104,7 @@ class LatticeRun(Run):
         self.status = Status(
             roomy(size, load * active.x_active),
             roomy(size, load * active.y_active_active),
-            roomy(size, np.ones(size)),
+            roomy(size, np.full(size, DRY)),
         )
         empty = np.zeros((2, self.grid.rows), dtype=np.int64)
         self.spans = Spans(empty, empty.copy(), empty.copy(), np.zeros(stride))

@@ -9,6 +9,9 @@ import numpy as np
 from solver.compiled import Array, kernel
 from solver.reconstruction import FaceValues
 
+# Why a cell counts as still (`solver.activity.Status`): it is dry, or friction holds it.
+DRY, HELD = 1.0, 2.0
+
 
 class Fluxes(NamedTuple):
     """Fluxes through faces, flat arrays.
@@ -48,7 +51,7 @@ def hll(
     low, low_at, high, high_at
         Values of the cells on the two sides and the index of the first of them.
     still : flat array
-        1 where a cell is dry or held by friction, else 0.
+        DRY or HELD by friction where a cell is so at the start of the step, else 0.
     cell, neighbour, count : int
         Index of the first cell on the low side, distance to the one on the high side, number of faces.
     dry : float
@@ -78,7 +81,8 @@ def hll(
         through = w_a * ap + w_b * bq + w * (b - a)
         # nothing leaves a still cell: what flows toward it enters, and leans on it if it is wet
         from_a, from_b = through > 0.0, through < 0.0
-        holds_a, holds_b = still[i] > 0.0, still[i + step] > 0.0
+        still_a, still_b = still[i], still[i + step]
+        holds_a, holds_b = still_a > 0.0, still_b > 0.0
         held = (from_a & holds_a) | (from_b & holds_b)
         moves = not (holds_a & holds_b)
         depth, speed = a if from_b else b, p if from_b else q
@@ -86,7 +90,8 @@ def hll(
         entering = depth * speed if inward & moves else 0.0
         impulse = w_a * (ap * p) + w_b * (bq * q) + w * (bq - ap)
         pressed = w_a * (a * a) + w_b * (b * b)
-        leans = held & ((b if from_b else a) > dry)
+        # what was dry holds nobody, even if it has got wet in an earlier stage
+        leans = held & ((still_b if from_b else still_a) == HELD)
         through = entering if held else through
         out.mass[o] = through
         out.normal[o] = entering * speed if held else impulse

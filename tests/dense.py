@@ -124,14 +124,13 @@ def hll(a, p, s, b, q, t, c_a, c_b, still_a, still_b, dry):
     # from a still cell only what its neighbour pushes toward it crosses the face
     from_b = mass < 0
     giver_still, taker_still = np.where(from_b, still_b, still_a), np.where(from_b, still_a, still_b)
-    giver_depth = np.where(from_b, b, a)
     depth, speed = np.where(from_b, a, b), np.where(from_b, p, q)
     pushes = (np.where(from_b, speed, -speed) > 0) & (taker_still == 0)
     held = (giver_still > 0) & (mass != 0)
     entering = np.where(pushes, depth * speed, 0.0)
     mass = np.where(held, entering, mass)
     normal = np.where(held, entering * speed, impulse)
-    pressure = np.where(held & (giver_depth > dry), depth**2 / 2, pressure)
+    pressure = np.where(held & (giver_still == 2), depth**2 / 2, pressure)
     return Flux(mass, normal, mass * np.where(mass > 0, s, t), pressure)
 
 
@@ -231,9 +230,10 @@ def classify(state, along, normal, coefficients, tangent, dry, dx, dy):
     y = [beta_y * (h - state.h[s]) / dy, beta_y * (state.h[n] - h) / dy]
     steep_x, steep_y = np.maximum(*np.abs(x)), np.maximum(*np.abs(y))
     drive = np.maximum(np.hypot(steep_x, sum(y) / 2), np.hypot(sum(x) / 2, steep_y))
-    still = ~wet | ((drive <= normal * tangent * HOLDS) & (u == 0) & (v == 0))
+    held = (drive <= normal * tangent * HOLDS) & (u == 0) & (v == 0)
+    still = np.where(wet, np.where(held, 2.0, 0.0), 1.0)
     rate = (np.abs(u) + np.sqrt(beta_x * h)) / dx + (np.abs(v) + np.sqrt(beta_y * h)) / dy
-    return beta_x, beta_y, still.astype(float), np.where(wet, rate, 0.0)
+    return beta_x, beta_y, still, np.where(wet, rate, 0.0)
 
 
 @dataclass
@@ -321,7 +321,8 @@ class Run:
                 continue
             drive = np.abs(beta[cell] * (side - all_.h[cell]) / d - outward * along[cell])
             pushes = (drive > normal[cell] * self.tangent * HOLDS) & (side > self.dry)
-            self.still[ghost] = np.where(pushes, 0.0, self.still[ghost])
+            held = (self.still[ghost] == 1) & (side > self.dry)
+            self.still[ghost] = np.select([pushes, held], [0.0, 2.0], self.still[ghost])
             rate = max(rate, (pushes * 2 * np.sqrt(beta[cell] * side) / d).max())
             driven |= (self.still[ghost] == 0).any()
         moving = (self.state.h * (self.still[INNER] == 0)).sum() * self.dx * self.dy
@@ -342,7 +343,7 @@ class Run:
             self.outflow += share * dt * length * np.maximum(leaving, 0).sum()
             self.inflow -= share * dt * length * np.minimum(leaving, 0).sum()
         y = Flux(*(q.T for q in y))
-        free = 1 - self.still[INNER] * (h_0 > self.dry)
+        free = self.still[INNER] != 2
         left = h_1 + dt * (difference(x.mass) / self.dx + difference(y.mass.T).T / self.dy)
         load = loaded(h_1, left)
         beta_x, beta_y = self.beta_x[INNER], self.beta_y[INNER]

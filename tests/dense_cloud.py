@@ -205,7 +205,8 @@ class CloudRun:
                 still[self.n + b], driven = False, True
                 rate = max(rate, 2 * np.sqrt(b_n * kind) * self.length[f] / self.cells.area[i])
             driven |= not still[self.n + b]
-        self.still, self.held = still, np.concatenate([held, held[cell] & still[self.n :]])
+        given = [not isinstance(kind, str) and kind > self.dry for kind in self.kinds]
+        self.still, self.held = still, np.concatenate([held, (held[cell] | given) & still[self.n :]])
         moving = (h * self.cells.area)[~still[: self.n]].sum()
         return rate, np.inf if driven else moving
 
@@ -259,7 +260,7 @@ class CloudRun:
             if kind in ("wall", "no-slip"):
                 tangential = low[2][f] if kind == "wall" else -low[2][f]
                 high[0][f], high[1][f], high[2][f], c[1][f] = low[0][f], -low[1][f], tangential, c[0][f]
-        still = [self.still[k].astype(float) for k in (self.left, self.right)]
+        still = [self.still[k].astype(float) + self.held[k] for k in (self.left, self.right)]
         flux = hll(*low, *high, *c, *still, self.dry)
         mass, normal, tangential, pressure = (np.array(q) for q in flux)
         for b, kind in enumerate(self.kinds):
