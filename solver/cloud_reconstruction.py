@@ -12,7 +12,7 @@ from solver.boundary import DEPTH, Fields, Sides
 from solver.cloud_faces import Faces, whole_blocks
 from solver.compiled import Array, Numbers, kernel
 from solver.moving_least_squares import Approximation
-from solver.reconstruction import AHEAD, FRONT
+from solver.reconstruction import AHEAD, ALL, FRONT
 from solver.riemann import HELD
 
 # What is behind a front has this share of its speed at least.
@@ -150,8 +150,8 @@ def shown(
     Along the way to the cell beyond it is the reconstruction on a lattice, with its limiter, its minmod where
     the flow is being stopped and its rule at fronts; what is behind the cell is read off the gradient. The
     rest of the way, to the midpoint, follows the gradient. Depth stays between zero and twice the mean, as
-    it does on a lattice, and above LEAST of it where the cell moves to a dry one: a thin one beside a deep
-    one would show nothing anywhere, and fall without going anywhere.
+    it does on a lattice, and above LEAST of it where the cell moves to: a thin one beside a deep one
+    would show nothing anywhere, and fall without going anywhere.
 
     Parameters
     ----------
@@ -172,17 +172,20 @@ def shown(
     slower = min(abs(ahead), abs(behind))
     steepness = 1.0 if slower < sign * (behind - ahead) else 2.0
     toward = h + limited_step(h_gap, h_beyond - h, part, steepness)
-    least = LEAST * toward if (h_beyond <= dry) & (sign * n > 0.0) else 0.0
+    least = LEAST * toward if sign * n > 0.0 else 0.0
     depth = toward + h_off
     depth = depth if depth > least else least
     depth = depth if depth < 2.0 * h else 2.0 * h
     # what is behind a front follows it; it is read off a gradient here, so that a part of the speed must do
     led = (sign * n <= 0.0) | (sign * (n_beyond - 2.0 * n_gap) > FOLLOWS * (sign * n))
     hidden = (h_beyond <= dry) & (h < FRONT * h_behind) & led
+    n_step = limited_step(n_gap, n_beyond - n, part, steepness) + n_off
+    t_step = limited_step(t_gap, t_beyond - t, part, 2.0) + t_off
+    all_there = (depth > ALL * h) & (sign * (n + n_step) > 0.0)
     return (
         0.0 if hidden else depth,
-        n + limited_step(n_gap, n_beyond - n, part, steepness) + n_off,
-        t + limited_step(t_gap, t_beyond - t, part, 2.0) + t_off,
+        n if all_there else n + n_step,
+        t if all_there else t + t_step,
     )
 
 

@@ -152,7 +152,11 @@ class Laws:
         self.deepest = max(float(start.h.max()), self.given)
         self.dry = scene.scheme.wet_limit * self.deepest
         wet = start.h > self.dry
-        self.first = float(np.hypot(start.u, start.v)[wet].max(initial=0.0))
+        # a given depth comes in as fast as its waves
+        self.first = max(
+            float(np.hypot(start.u, start.v)[wet].max(initial=0.0)),
+            float(np.sqrt(self.pressure * self.given)),
+        )
         highest = float(np.ptp(heights)) if self.given else float(self.potential[wet].max(initial=0.0))
         self.fallen = float(np.sqrt(2 * highest))
         self.released = self.total(start.h)

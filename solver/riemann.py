@@ -90,10 +90,13 @@ def hll(
         entering = depth * speed if inward & moves else 0.0
         impulse = w_a * (ap * p) + w_b * (bq * q) + w * (bq - ap)
         pressed = w_a * (a * a) + w_b * (b * b)
-        # what was dry holds nobody, even if it has got wet in an earlier stage
-        leans = held & ((still_b if from_b else still_a) == HELD)
+        # what was dry and got wet in an earlier stage gives nothing yet, and holds nobody: neither side is
+        # pushed through the face by what cannot pass it
+        leans = (still_b if from_b else still_a) == HELD
+        shallow = a if a < b else b
+        depth = depth if leans else shallow
         through = entering if held else through
         out.mass[o] = through
         out.normal[o] = entering * speed if held else impulse
         out.tangential[o] = through * (s if through > 0.0 else t)
-        out.pressure[o] = 0.5 * (depth * depth if leans else pressed)
+        out.pressure[o] = 0.5 * (depth * depth if held else pressed)

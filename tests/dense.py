@@ -90,6 +90,11 @@ def reconstruct(q, steepness):
     return low, q[:, 1:-1] + step_to_face(back, forth, 1 / 6, 1 / 3, steepness)
 
 
+def of_all(shown, mean, everything):
+    """Velocity shown, but the mean of what is nearly all at the face that it leaves through."""
+    return np.where(everything, mean, shown)
+
+
 def follows(n, behind, wave, sign):
     """Whether a front cell is led by what is behind it, and no faster than that can send a front."""
     n, behind = sign * n, sign * behind
@@ -102,12 +107,19 @@ def face_values(h, n, t, dry, beta):
     stopped = behind - ahead > np.minimum(np.abs(behind), np.abs(ahead))
     steepness = np.where(stopped, 1.0, 2.0)
     low, high = reconstruct(h, steepness)
+    normal, tangential = reconstruct(n, steepness), reconstruct(t, 2.0)
+    everything = [
+        (depth > 1.9 * h[:, 1:-1]) & (sign * shown > 0)
+        for depth, shown, sign in ((low, normal[0], -1), (high, normal[1], 1))
+    ]
+    normal = [of_all(q, n[:, 1:-1], all_) for q, all_ in zip(normal, everything, strict=True)]
+    tangential = [of_all(q, t[:, 1:-1], all_) for q, all_ in zip(tangential, everything, strict=True)]
     # a front shows a dry cell no depth before it holds 0.45 of what lies behind
     here, wave = n[:, 1:-1], np.broadcast_to(beta, h.shape) * h
     led = [follows(here, n[:, k], wave[:, k], sign) for k, sign in ((np.s_[2:], -1), (np.s_[:-2], 1))]
     low = np.where((h[:, :-2] <= dry) & (h[:, 1:-1] < 0.45 * h[:, 2:]) & led[0], 0.0, low)
     high = np.where((h[:, 2:] <= dry) & (h[:, 1:-1] < 0.45 * h[:, :-2]) & led[1], 0.0, high)
-    return (low, high, *reconstruct(n, steepness), *reconstruct(t, 2.0))
+    return (low, high, *normal, *tangential)
 
 
 def hll(a, p, s, b, q, t, c_a, c_b, still_a, still_b, dry):
@@ -130,7 +142,7 @@ def hll(a, p, s, b, q, t, c_a, c_b, still_a, still_b, dry):
     entering = np.where(pushes, depth * speed, 0.0)
     mass = np.where(held, entering, mass)
     normal = np.where(held, entering * speed, impulse)
-    pressure = np.where(held & (giver_still == 2), depth**2 / 2, pressure)
+    pressure = np.where(held, np.where(giver_still == 2, depth, np.minimum(a, b)) ** 2 / 2, pressure)
     return Flux(mass, normal, mass * np.where(mass > 0, s, t), pressure)
 
 

@@ -6,7 +6,7 @@ Faces are the inner ones, then the boundary ones, whose right cell is a ghost of
 from dataclasses import dataclass, field
 
 import numpy as np
-from dense import HOLDS, SPARE, State, brake, hll, leaving_at_depth, loaded
+from dense import HOLDS, SPARE, State, brake, hll, leaving_at_depth, loaded, of_all
 
 from solver.moving_least_squares import approximation
 from solver.rheology import Voellmy
@@ -233,15 +233,16 @@ class CloudRun:
         stopped = np.minimum(np.abs(ahead), np.abs(behind)) < sign * (behind - ahead)
         steepness = np.where(stopped, 1.0, 2.0)
         base = h_0 + toward(h_gap, h_1 - h_0, part, steepness)
-        depth = np.minimum(
-            np.maximum(base + h_off, np.where((h_1 <= self.dry) & (sign * n_0 > 0), 0.1 * base, 0)), 2 * h_0
-        )
+        depth = np.minimum(np.maximum(base + h_off, np.where(sign * n_0 > 0, 0.1 * base, 0)), 2 * h_0)
+        normal = n_0 + toward(n_gap, n_1 - n_0, part, steepness) + n_off
+        tangential = t_0 + toward(t_gap, t_1 - t_0, part, 2.0) + t_off
+        everything = (depth > 1.9 * h_0) & (sign * normal > 0)
         led = (sign * n_0 <= 0) | (sign * (n_1 - 2 * n_gap) > 0.25 * sign * n_0)
         depth[(h_1 <= self.dry) & (h_0 < 0.45 * h_behind) & led] = 0
         return (
             depth,
-            n_0 + toward(n_gap, n_1 - n_0, part, steepness) + n_off,
-            t_0 + toward(t_gap, t_1 - t_0, part, 2.0) + t_off,
+            of_all(normal, n_0, everything),
+            of_all(tangential, t_0, everything),
         )
 
     def stage(self, source, part, share, dt):
