@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
 from solver.invariants import LEDGER, SPEED, Laws, State
+from solver.lattice import Lattice
 from solver.scene import Collocation, Scene
 from solver.simulation import Result
 
@@ -29,15 +31,32 @@ def doubts(scene: Scene, result: Result) -> Iterator[str]:
         return
     if not abs(ledger.error) <= (COLLOCATION_LEDGER if isinstance(scene.scheme, Collocation) else LEDGER):
         yield f"the ledger of volume is off by {ledger.error:.2g}"
-    still = np.zeros((4, 2))
-    laws = Laws(scene, State(scene.depth, scene.velocity_x, scene.velocity_y, 0.0, still), 1.0)
-    below = laws.total(np.maximum(-h, 0.0)) / total
+    laws, area = laws_of_speed(scene), scene.points.cell_area
+    below = float((area * np.maximum(-h, 0.0)).sum()) / total
     if below > BELOW_ZERO:
         yield f"{100 * below:.2g} % of the volume lies below a depth of zero"
-    thin = laws.total(np.where((h > 0) & (h <= laws.dry), h, 0.0)) / total
+    thin = float((area * np.where((h > 0) & (h <= laws.dry), h, 0.0)).sum()) / total
     if thin > TOO_THIN:
         yield f"{100 * thin:.2g} % of the volume is so thin that it counts as dry"
     laws.deepest = max(laws.deepest, float(result.max_depth.max()))
     fastest, limit = float(result.max_speed.max()), laws.speed_limit(result.time)
     if fastest > SPEED * limit:
         yield f"a speed of {fastest:.3g} m s-1 is {fastest / limit:.2g} times what it has a source for"
+
+
+def laws_of_speed(scene: Scene) -> Laws:
+    """Make the laws that say how fast a scene may become; a lattice's bed varies along it alone.
+
+    Raises
+    ------
+    TypeError
+        If the terrain is no slope profile.
+    """
+    points, h, speed = scene.points, scene.depth, np.hypot(scene.velocity_x, scene.velocity_y)
+    if isinstance(points, Lattice):
+        spacing = points.spacing
+        points = Lattice(points.x, (0.0, spacing), spacing)
+        moving = np.where(h > scene.scheme.wet_limit * h.max(), speed, 0.0)
+        h, speed = (np.broadcast_to(a.max(axis=0), points.shape) for a in (h, moving))
+    reduced = replace(scene, points=points, depth=h, velocity_x=speed, velocity_y=0.0 * speed)
+    return Laws(reduced, State(h, speed, reduced.velocity_y, 0.0, np.zeros((4, 2))), 1.0)

@@ -13,7 +13,8 @@ from test_checkpoint import CASES, Memory, assert_same
 from pipeline import store
 from pipeline.variables import Status
 from solver import simulation
-from solver.plausibility import doubts
+from solver.invariants import Laws, state_of_run
+from solver.plausibility import doubts, laws_of_speed
 from solver.rheology import Coulomb
 from solver.scene import Boundaries, WeightedResidual
 from solver.simulation import begin, simulate
@@ -134,3 +135,11 @@ def test_a_sound_result_raises_no_doubts_and_others_say_what_is_wrong():
         assert told in found
     (found,) = doubts(replace(case, scheme=WeightedResidual(wet_limit=0.2)), sound)
     assert "counts as dry" in found
+
+
+@pytest.mark.parametrize("name", ["mixed sides", "several blobs", "rough", "cloud"])
+def test_the_speed_that_has_a_source_is_that_of_the_whole_scene(name):
+    case = CASES[name][0]
+    run = begin(case, 1.0, 0.0, True)
+    whole, strip = Laws(case, state_of_run(run), 1.0), laws_of_speed(case)
+    assert strip.speed_limit(1.0) == pytest.approx(whole.speed_limit(1.0), rel=1e-12)
