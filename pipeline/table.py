@@ -50,7 +50,8 @@ def _rows(path: Path) -> pd.DataFrame:
         given = [str(name) for name, c in store.coords.items() if c.dims == ("run",) and name != "run"]
         names = [*sorted(given, key=SHARES.__contains__), *(v.name for v in PER_RUN)]
         table = pd.DataFrame({name: store[name].to_numpy() for name in names})
-        table["steps"] = table["steps"].astype("Int64")
+        counts = [v.name for v in PER_RUN if v.dtype == "int64"]
+        table[counts] = table[counts].astype("Int64")
         table.insert(0, "status", [Status(s).words for s in store[STATUS.name].to_numpy()])
         table.insert(0, "run", store["run"].to_numpy())
         table.insert(0, "scenario", str(store.attrs["title"]))

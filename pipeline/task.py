@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import warnings
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from pipeline import shared_points, store
 from pipeline.checkpoints import Checkpoints
@@ -15,7 +19,8 @@ from pipeline.shared_points import SharedPoints
 from pipeline.summary import overrun, summarise
 from pipeline.template import profile_values
 from pipeline.variables import COMPUTED, FIELDS, TIMINGS, Status, Variable
-from solver.simulation import OUT_OF_TIME, Result, simulate
+from solver.plausibility import doubts
+from solver.simulation import OUT_OF_TIME, Failure, Result, simulate
 
 Solve = Callable[..., Result]
 
@@ -117,7 +122,7 @@ def _compute(job: Job, run: Run, shared: SharedPoints, solve: Solve) -> tuple[St
     """Status and values of one run."""
     most = run.settings.time
     try:
-        with job.limits.kept(most.max_wall, job.name(run)):
+        with job.limits.kept(most.max_wall, job.name(run)), warned() as told:
             prepared = build_scene(run, shared)
             result = solve(
                 prepared.scene,
@@ -129,12 +134,8 @@ def _compute(job: Job, run: Run, shared: SharedPoints, solve: Solve) -> tuple[St
                 max_wall=most.max_wall,
                 keeper=None if job.checkpoints is None else job.checkpoints.of(run.index),
             )
-        if result.failure is not None and result.failure.reason == OUT_OF_TIME:
-            # how far it came is chance, which a store holds nothing of
-            reason = f"{OUT_OF_TIME}: {most.max_wall:g} s"
-            times = {"wall_time": result.wall_time, "cpu_time": result.cpu_time}
-            return Status.FAILED, {"failure_reason": reason, **times}
-        return _status(result), _row(prepared, result)
+            told += doubts(prepared.scene, result)
+        return _status(result), _row(prepared, result, most.max_wall) | _warnings(told)
     except MemoryError as error:
         limit = job.limits.memory
         allowed = f"more memory than allowed: {limit:,} bytes" if limit else "out of memory"
@@ -143,13 +144,34 @@ def _compute(job: Job, run: Run, shared: SharedPoints, solve: Solve) -> tuple[St
         return Status.FAILED, {"failure_reason": f"{type(error).__name__}: {error}"}
 
 
+@contextmanager
+def warned() -> Iterator[list[str]]:
+    """Collect what NumPy and SciPy warn of, that nobody reads on the terminals of workers."""
+    told: list[str] = []
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", RuntimeWarning)
+        yield told
+    told += [str(each.message) for each in caught]
+
+
+def _warnings(told: Sequence[str]) -> dict[str, Any]:
+    return {"warnings": len(told), "warning": "; ".join(dict.fromkeys(told))}
+
+
+def _told(failure: Failure, max_wall: float | None) -> str:
+    """Reason, time and place of a failure in words."""
+    reason = failure.reason + (f" ({max_wall:g} s)" if failure.reason == OUT_OF_TIME else "")
+    place = "" if np.isnan(failure.x) else f", x = {failure.x:.6g} m, y = {failure.y:.6g} m"
+    return f"{reason} at t = {failure.time:.6g} s{place}"
+
+
 def _status(result: Result) -> Status:
     if result.failure is not None:
         return Status.FAILED
     return Status.OVERRUN if result.ledger.outflow_open > 0 else Status.DONE
 
 
-def _row(prepared: Prepared, result: Result) -> dict[str, Any]:
+def _row(prepared: Prepared, result: Result, max_wall: float | None) -> dict[str, Any]:
     """Values of a run by name of variable; a failed one has no summaries."""
     profile = profile_values(prepared)
     row: dict[str, Any] = {v.name: getattr(result, v.name) for v in FIELDS}
@@ -162,13 +184,14 @@ def _row(prepared: Prepared, result: Result) -> dict[str, Any]:
         "volume_out": result.ledger.outflow,
         "volume_error": result.ledger.error,
         "steps": result.steps,
+        "last_time": result.time,
         "rest_time": result.rest_time,
         "wall_time": result.wall_time,
         "cpu_time": result.cpu_time,
     }
     if result.failure is not None:
         return row | {
-            "failure_reason": result.failure.reason,
+            "failure_reason": _told(result.failure, max_wall),
             "failure_time": result.failure.time,
             "failure_x": result.failure.x,
             "failure_y": result.failure.y,

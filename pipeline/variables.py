@@ -80,6 +80,14 @@ def _scalar(name: str, units: str, long_name: str) -> Variable:
     return Variable(name, RUN, "float64", units, long_name)
 
 
+def _count(name: str, long_name: str) -> Variable:
+    return Variable(name, RUN, "int64", "1", f"{long_name}; -1 where not computed", -1, {"_FillValue": -1})
+
+
+def _text(name: str, long_name: str) -> Variable:
+    return Variable(name, RUN, "string", "", long_name, "")
+
+
 STATUS = Variable(
     "status",
     RUN,
@@ -104,7 +112,7 @@ FIELDS = (
         "largest momentum flux, depth times speed squared, over all time steps",
     ),
     Variable("arrival_time", CELL, "float32", "s", "time at which the flow first arrives"),
-    Variable("deposit_depth", CELL, "float32", "m", "depth of the last state computed"),
+    Variable("deposit_depth", CELL, "float32", "m", "depth of the last good state"),
 )
 
 SUMMARIES = (
@@ -133,26 +141,30 @@ VOLUMES = (
 )
 
 COSTS = (
-    Variable("steps", RUN, "int64", "1", "time steps taken; -1 where not computed", -1, {"_FillValue": -1}),
+    _count("steps", "time steps taken"),
+    _scalar("last_time", "s", "time of the last good state, which the deposit is of"),
     _scalar("rest_time", "s", "time at which everything was at rest; missing while still moving"),
     _scalar("wall_time", "s", "elapsed time of the time loop with its maxima"),
     _scalar("cpu_time", "s", "processor time of the time loop with its maxima"),
 )
 
 FAILURES = (
-    Variable("failure_reason", RUN, "string", "", "why the run failed; empty where it did not", ""),
+    _text("failure_reason", "why, when and where the run failed; empty where it did not"),
     _scalar("failure_time", "s", "model time of the failure"),
     _scalar("failure_x", "m", "arc length of the failure's place"),
     _scalar("failure_y", "m", "position of the failure's place across the bed"),
 )
 
-DIGEST = Variable(
-    "digest", RUN, "string", "", "SHA-256 of the run's status and values, times of computing excepted", ""
+WARNINGS = (
+    _count("warnings", "warnings of the numerics"),
+    _text("warning", "what they say, each once"),
 )
+
+DIGEST = _text("digest", "SHA-256 of the run's status and values, times of computing excepted")
 
 TIMINGS = frozenset({"wall_time", "cpu_time"})
 
-PER_RUN = (*VOLUMES, *SUMMARIES, *COSTS, *FAILURES)
+PER_RUN = (*VOLUMES, *SUMMARIES, *COSTS, *WARNINGS, *FAILURES)
 
 COORDINATES = (
     Variable("time", ("time",), "float64", "s", "time since release", attributes={"axis": "T"}),

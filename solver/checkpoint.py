@@ -11,10 +11,12 @@ import numpy as np
 
 from solver.compiled import Array
 from solver.run_setup import Carried, Run
-from solver.time_stepping import OUT_OF_STEPS, OUT_OF_TIME
+from solver.time_stepping import OUT_OF_STEPS, OUT_OF_TIME, REACHED
 
 # Steps between two looks take about this long, s.
 LOOK_SECONDS = 0.25
+# Time between two copies of the state, to which a run goes back from a step that fails, s.
+COPY_SECONDS = 2.0
 
 
 @dataclass(frozen=True)
@@ -83,14 +85,16 @@ class Watch:
         self.run, self.kept, self.keeper, self.max_wall = run, kept, keeper, max_wall
         self.most = np.iinfo(np.int64).max if max_steps is None else max_steps
         self.passed, self._used = 0, (0.0, 0.0)
+        self._copy: tuple[int, Carried | None] = (0, None)
         found = keeper.load() if keeper is not None else None
         if found is not None:
             run.restore(found.carried)
             for field, frames in zip(kept, found.frames, strict=True):
                 field[: len(frames)] = frames
             self.passed, self._used = found.passed, (found.wall, found.cpu)
+            self._copy = found.passed, found.carried
         self._began = perf_counter(), thread_time()
-        self._saved, self._chunk = perf_counter(), 1
+        self._saved, self._copied, self._chunk = perf_counter(), perf_counter(), 1
 
     @property
     def wall(self) -> float:
@@ -104,6 +108,9 @@ class Watch:
 
     def advance(self, target: float, passed: int) -> int:
         """Step to ``target``, s, the next output time after ``passed`` ones; say why it stopped."""
+        if self.run.time >= target:
+            return REACHED
+        self._look_back(passed)
         if self.max_wall is None and self.keeper is None:
             return self.run.advance(target, self.most)
         steps = self.run.progress.steps
@@ -112,6 +119,7 @@ class Watch:
                 frames = tuple(field[:passed] for field in self.kept)
                 self.keeper.save(Snapshot(self.run.carried, passed, frames, self.wall, self.cpu))
                 self._saved = perf_counter()
+            self._look_back(passed)
             before, began = int(steps[0]), perf_counter()
             outcome = self.run.advance(target, min(before + self._chunk, self.most))
             taken, elapsed = int(steps[0]) - before, perf_counter() - began
@@ -119,3 +127,20 @@ class Watch:
                 return outcome
             self._chunk = max(1, min(2 * self._chunk, int(taken * LOOK_SECONDS / max(elapsed, 1e-9))))
         return OUT_OF_TIME
+
+    def _look_back(self, passed: int) -> None:
+        """Copy the state now and then; the first is that of a new run, or the snapshot."""
+        if perf_counter() - self._copied >= COPY_SECONDS:
+            self._copy = passed, {name: array.copy() for name, array in self.run.carried.items()}
+            self._copied = perf_counter()
+
+    def rewind(self, again: Run, times: Array) -> Run:
+        """Step a run made anew to where the last step, which failed, began; times : all output times, s."""
+        passed, carried = self._copy
+        if carried is not None:
+            again.restore(carried)
+        good = int(self.run.progress.steps[0]) - 1
+        for time in times[passed:]:
+            if again.advance(time, good) != REACHED:
+                break
+        return again

@@ -49,7 +49,11 @@ REASONS = {
 
 @dataclass(frozen=True)
 class Failure:
-    """Why a run ended early: reason, time (s) and place (x, y in m; NaN where it has none)."""
+    """Why a run ended early: reason, time (s) and place (x, y in m).
+
+    The place is that of the value that is not finite, otherwise that of the fastest waves for the size of the
+    cell, which set the time step; NaN where nothing flows.
+    """
 
     reason: str
     time: float
@@ -81,9 +85,9 @@ class Result:
     times : (nt,) the frames asked for, s. depth (m), velocity_x, velocity_y (m s-1) : (nt, ny, nx) on a
     lattice, (nt, n) on a cloud. max_depth (m), max_speed (m s-1), max_momentum_flux (h |u|^2, m3 s-2),
     arrival_time (s, NaN where not reached) : (ny, nx) or (n,), over all time steps. deposit_depth : of the
-    same shape, the last state computed, m.
-    time : reached, s. rest_time : s, NaN if still moving. steps : time steps taken.
-    cell_stages : cells updated, summed over stages. wall_time, cpu_time : s, of the time loop.
+    same shape, the last good state, m.
+    time : of the last good state, s. rest_time : s, NaN if still moving. steps : time steps taken to
+    there. cell_stages : cells updated, summed over stages. wall_time, cpu_time : s, of the time loop.
     """
 
     times: Array
@@ -119,8 +123,8 @@ def simulate(
 ) -> Result:
     """Run a scene to the last of ``times``, with frames at each of them.
 
-    Once a run is at rest its later frames hold the deposit. A run that fails returns its good frames
-    and a Failure; it does not raise.
+    Once a run is at rest its later frames hold the deposit. A run that fails returns its good frames, its
+    last good state and a Failure; it does not raise.
 
     Parameters
     ----------
@@ -173,7 +177,10 @@ def simulate(
         if outcome == time_stepping.AT_REST and not stop_at_rest:
             run.progress.time[0] = time
         if outcome not in (time_stepping.REACHED, time_stepping.AT_REST):
-            failure = Failure(REASONS[outcome], run.time, *run.place)
+            bad = outcome == time_stepping.NOT_FINITE
+            failure = Failure(REASONS[outcome], run.time, *(run.place if bad else fastest(run)))
+            if bad:
+                run = watch.rewind(begin(scene, run.end, arrival_depth, skip), moments)
             break
         if frames:
             for field, values in zip(kept, run.state, strict=True):
@@ -213,6 +220,18 @@ def begin(scene: Scene, end: float, arrival_depth: float, skip: bool) -> Run:
             return CloudRun(scene, end, arrival_depth)
         case "collocation":
             return CollocationRun(scene, end, arrival_depth)
+
+
+def fastest(run: Run) -> tuple[float, float]:
+    """Place, x and y in m, of the fastest waves for the size of the cell; NaN where nothing is wet."""
+    points, (h, u, v) = run.scene.points, run.state
+    wet = h > run.material.dry
+    if not wet.any():
+        return np.nan, np.nan
+    waves = np.sqrt(max(run.material.pressure) * run.scene.gravity * np.maximum(h, 0.0))
+    rate = np.where(wet, (np.hypot(u, v) + waves) / np.sqrt(points.cell_area), 0.0)
+    x, y = (np.ravel(place)[np.argmax(rate)] for place in points.coordinates)
+    return float(x), float(y)
 
 
 def compile_kernels(kinds: Collection[Kind] = KINDS) -> None:

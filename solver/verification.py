@@ -6,16 +6,24 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
 from solver import exact_solutions as exact
-from solver.cases import CONSERVATIVE, cap, dam_break, measure, parabolic_cap, slide, stoker
+from solver.cases import CONSERVATIVE, WALLED, cap, dam_break, measure, parabolic_cap, slide, stoker
+from solver.initial_state import lay
 from solver.lattice import Lattice
+from solver.release import Box, Cylinder
 from solver.scene import Boundaries, Scheme
 from solver.simulation import Result, simulate
 
 ROWS = 3
+ColumnName = Literal["round", "plane"]
+# Run-out over aspect ratio in experiments below an aspect ratio of 1 (Lube et al. 2004, 2005), with a sand of
+# this angle, degrees; and shares of the column's height that may count as the edge of its deposit.
+COLUMNS: dict[ColumnName, float] = {"round": 1.24, "plane": 1.2}
+LOOSE_SAND, EDGES, ASPECTS = 31.0, (0.01, 0.03, 0.1), (0.2, 0.4, 0.8)
 
 
 def row(bounds: tuple[float, float], spacing: float) -> Lattice:
@@ -82,6 +90,41 @@ def travelling_shock(spacing: float, scheme: Scheme = CONSERVATIVE, distance: fl
     return Shock(spacing, offset, behind, start_up, precursor, run)
 
 
+def column_collapse(aspect: float, kind: ColumnName, cells: int = 10) -> tuple[float, ...]:
+    """Exact case 11: how far a column of a radius or half-width of 1 m runs out on flat ground.
+
+    Parameters
+    ----------
+    aspect : float
+        Height over radius or half-width.
+    kind : str
+        "round", or "plane" for one that does not vary across the bed.
+    cells : int
+        Spacings of the lattice in the height.
+
+    Returns
+    -------
+    tuple of float
+        Distance from the column to where the deposit is a share of its height deep, over ``aspect``, for each
+        of ``EDGES``.
+    """
+    reach, spacing = 1.0 + 3.0 * aspect, aspect / cells
+    lattice = (
+        Lattice((-reach, reach), (-reach, reach), spacing)
+        if kind == "round"
+        else row((-reach, reach), spacing)
+    )
+    x, y = lattice.coordinates
+    shape: Cylinder | Box = Cylinder((0.0, 0.0), 1.0, aspect)
+    if kind == "plane":
+        shape = Box((-1.0, 1.0), (-spacing, ROWS * spacing), aspect)
+    laid = lay([shape], lattice)
+    run = simulate(slide(lattice, laid.depth, laid.velocity_x, 0.0, LOOSE_SAND, WALLED), [1e3])
+    away = np.hypot(x, y) if kind == "round" else np.abs(x)
+    ends = (away[run.deposit_depth > share * aspect].max() for share in EDGES)
+    return tuple(float((end + spacing / 2 - 1.0) / aspect) for end in ends)
+
+
 # Each case with the spacings, m, at which its order is fitted.
 FINE = (1.0, 0.5, 0.25)
 CASES = {
@@ -122,6 +165,13 @@ def main() -> None:
             f"| {spacing:g} | {shock.offset:.3f} | {shock.behind:.1e} | {shock.start_up:.1e} "
             f"| {shock.precursor:.0f} |"
         )
+    shown = " | ".join(f"edge at {100 * share:g} %" for share in EDGES)
+    print(f"\n| column | aspect ratio | {shown} | measured |")
+    print("|---|---|---|---|---|---|")
+    for kind, wanted in COLUMNS.items():
+        for aspect in ASPECTS:
+            found = " | ".join(f"{distance:.2f}" for distance in column_collapse(aspect, kind))
+            print(f"| {kind} | {aspect:g} | {found} | {wanted:g} |")
 
 
 if __name__ == "__main__":

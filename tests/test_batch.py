@@ -40,7 +40,12 @@ class TestABatch:
         with store.open_store(out / "box.zarr") as opened:
             assert opened["status"].to_numpy().tolist() == [2, 1, 2, 3]
             reasons = opened["failure_reason"].to_numpy().tolist()
-            assert reasons == ["ValueError: this run raises", "", "not finite", ""]
+            assert reasons == [
+                "ValueError: this run raises",
+                "",
+                "not finite at t = 0.5 s, x = 1 m, y = 2 m",
+                "",
+            ]
             assert opened["failure_x"][2] == 1.0
             assert np.isnan(opened["depth"][0]).all()
             assert not np.isnan(opened["depth"][2]).any()

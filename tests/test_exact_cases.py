@@ -11,7 +11,7 @@ from solver.lattice import Lattice
 from solver.rheology import Coulomb, MohrCoulomb, Voellmy
 from solver.simulation import Boundaries, Scene, simulate
 from solver.terrain import Plane
-from solver.verification import CASES, order, row, travelling_shock
+from solver.verification import CASES, COLUMNS, column_collapse, order, row, travelling_shock
 
 # case: largest error at the finest spacing, and least order, of depth in L2, momentum in L2, depth in L1
 LIMITS = {
@@ -70,6 +70,13 @@ def test_earth_pressure_that_jumps_across_a_shock_makes_no_oscillations(spacing)
     for side in (before, behind):
         steps = np.diff(side)
         assert min(steps[steps > 0].sum(), -steps[steps < 0].sum()) < 0.01 * jump
+
+
+@pytest.mark.parametrize("aspect", [0.2, 0.8])
+@pytest.mark.parametrize("kind", COLUMNS)
+def test_a_column_runs_out_as_far_as_sand_where_its_deposit_is_a_tenth_as_high(kind, aspect):
+    *_, distance = column_collapse(aspect, kind)
+    assert distance == pytest.approx(COLUMNS[kind], rel=0.3)
 
 
 def test_uniform_layer_slides_to_an_exact_stop():
@@ -149,10 +156,12 @@ def test_limit_slope_on_flat_ground_falls_with_the_earth_pressure():
 def test_verification_prints_every_case(capsys, monkeypatch):
     monkeypatch.setattr(verification, "CASES", {"dam": (dam_break(), (4.0, 2.0))})
     monkeypatch.setattr(verification, "SHOCK_SPACINGS", (0.8,))
+    monkeypatch.setattr(verification, "ASPECTS", (0.2,))
     verification.main()
     printed = capsys.readouterr().out
     assert "| dam | 4 |" in printed
     assert "| 0.8 |" in printed
+    assert "| round | 0.2 |" in printed
 
 
 def test_relative_l2_is_one_for_nothing():

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from pipeline.stability_study import ends
 from solver.cases import CHUTE, dam_break, measure
 from solver.gridding import gridding
 from solver.point_cloud import graded_points
@@ -11,17 +12,10 @@ from solver.simulation import WeightedResidual, simulate
 TIMES, BODY = np.arange(3.0, 25.0, 3.0), 0.02
 
 
-def ends(places, depth):
-    """First and last place where a profile crosses the depth of the body, linear between the places."""
-    inside = np.flatnonzero(depth > BODY)
-    edges = (inside[0], inside[0] - 1), (inside[-1], inside[-1] + 1)
-    return [places[a] + (places[b] - places[a]) * (BODY - depth[a]) / (depth[b] - depth[a]) for a, b in edges]
-
-
 def extents(depth, lattice):
     """Front, tail and half-width, m."""
-    tail, front = ends(lattice.x_points, depth.max(axis=0))
-    low, high = ends(lattice.y_points, depth.max(axis=1))
+    tail, front = ends(lattice.x_points, depth.max(axis=0), BODY)
+    low, high = ends(lattice.y_points, depth.max(axis=1), BODY)
     return np.array([front, tail, (high - low) / 2])
 
 

@@ -116,12 +116,15 @@ def test_a_value_that_is_not_finite_fails_the_run_at_its_place():
     assert np.hypot(failed.failure.x - 3, failed.failure.y - 0.3) < 4
 
 
-def test_a_collapsed_time_step_fails_the_run_without_a_place():
-    failed = simulate(scene(speed=(1e11, 0)), [1.0])
+def test_a_collapsed_time_step_fails_the_run_where_the_fastest_waves_are():
+    case = scene()
+    speed = np.zeros_like(case.depth)
+    speed[9, 5] = 1e11
+    failed = simulate(replace(case, velocity_x=speed), [1.0])
     assert failed.failure.reason == "the time step collapsed"
     assert failed.steps == 0
-    assert np.isnan(failed.failure.x)
-    assert np.isnan(failed.failure.y)
+    assert (failed.failure.x, failed.failure.y) == (case.points.x_points[5], case.points.y_points[9])
+    np.testing.assert_array_equal(failed.deposit_depth, case.depth)
 
 
 def test_later_frames_of_a_run_at_rest_hold_the_deposit():
