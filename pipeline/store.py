@@ -92,7 +92,9 @@ async def _arrays(path: Path, names: tuple[str, ...]) -> dict[str, zarr.AsyncArr
     if key not in _opened:
         found = await asyncio.gather(*(root.getitem(name) for name in names))
         _opened.clear()
-        _opened[key] = {array.basename: array for array in found if isinstance(array, zarr.AsyncArray)}
+        arrays = [array for array in found if isinstance(array, zarr.AsyncArray)]
+        # to look whether a chunk of a field is empty costs half as much as to compress it
+        _opened[key] = {a.basename: a.with_config({"write_empty_chunks": a.ndim > 1}) for a in arrays}
     return _opened[key]
 
 
