@@ -41,6 +41,8 @@ SETTINGS = {
     "distributed.worker.memory.monitor-interval": "500ms",
     "distributed.admin.tick.interval": "1s",
     "distributed.admin.system-monitor.interval": "5s",
+    # the last messages are kept, and with them the jobs that they carry
+    "distributed.admin.low-level-log-length": 10,
     # a worker has no task beside the one it runs
     "distributed.scheduler.work-stealing": False,
 }
