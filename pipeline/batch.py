@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from pipeline.scenario import Scenario
     from pipeline.shared_points import SharedPoints
 
-WATCH_SECONDS = 0.5
+WATCH_SECONDS = 2.0
 # a nanny starts a new process in a few seconds; on a machine under load it may take a minute
 WORKERLESS_SECONDS = 300.0
 DEATH = "the worker process died of this run, twice"

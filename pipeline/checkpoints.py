@@ -63,6 +63,8 @@ class Checkpoint:
 
     def load(self) -> Snapshot | None:
         """Give the last snapshot; None where there is none of this run that can be read."""
+        if not self._state.exists():
+            return None
         try:
             held = _read(self._state)
             if str(held.pop("identity")) != self.identity:

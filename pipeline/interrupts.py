@@ -24,6 +24,8 @@ class Interrupts:
 def heard(tell: Callable[[str], None]) -> Iterator[Interrupts]:
     """Count interrupts instead of raising the first; the second raises KeyboardInterrupt.
 
+    Later ones are not heard any more: they would cut into the ending of workers, and of the process.
+
     Parameters
     ----------
     tell : callable
@@ -35,6 +37,7 @@ def heard(tell: Callable[[str], None]) -> Iterator[Interrupts]:
 
     def handle(number: int, frame: FrameType | None) -> None:
         if interrupts.asked:
+            signal.signal(signal.SIGINT, signal.SIG_IGN)
             raise KeyboardInterrupt
         interrupts.asked = True
         lines.put(MESSAGE)
@@ -49,6 +52,7 @@ def heard(tell: Callable[[str], None]) -> Iterator[Interrupts]:
     try:
         yield interrupts
     finally:
-        signal.signal(signal.SIGINT, before)
+        if signal.getsignal(signal.SIGINT) is handle:
+            signal.signal(signal.SIGINT, before)
         lines.put(None)
         teller.join()

@@ -68,20 +68,21 @@ async def _write(
     start = min(status) // group * group
     block = slice(start, min(start + group, states.shape[0]))
     if np.any(np.asarray(await states.getitem(block)) != Status.PENDING):
-        await _put(states, block, dict.fromkeys(status, np.int8(Status.PENDING)))
-    held: dict[int, dict[str, Any]] = {run: {STATUS.name: np.int8(state)} for run, state in status.items()}
-    writes = []
-    for variable in variables[:-2]:
-        array = arrays[variable.name]
-        values = {run: _value(variable, rows[run], array.shape[1:]) for run in status}
-        writes.append(_put(array, block, values))
-        for run, value in values.items():
-            if variable.name not in TIMINGS:
-                held[run][variable.name] = value
+        await _put(states, block, dict.fromkeys(status, Status.PENDING))
     # each call of zarr from outside its event loop costs more than the writing of a scalar
-    await asyncio.gather(*writes)
-    await _put(arrays[DIGEST.name], block, {run: digest(values) for run, values in held.items()})
-    await _put(states, block, {run: np.int8(state) for run, state in status.items()})
+    written = await asyncio.gather(
+        *(
+            _put(arrays[v.name], block, {run: rows[run].get(v.name, v.fill) for run in status})
+            for v in variables[:-2]
+        )
+    )
+    held = {v.name: whole for v, whole in zip(variables, written, strict=False) if v.name not in TIMINGS}
+    digests = {
+        run: digest({STATUS.name: np.int8(state), **{name: held[name][run - start] for name in held}})
+        for run, state in status.items()
+    }
+    await _put(arrays[DIGEST.name], block, digests)
+    await _put(states, block, status)
 
 
 async def _arrays(path: Path, names: tuple[str, ...]) -> dict[str, zarr.AsyncArray[Any]]:
@@ -91,15 +92,10 @@ async def _arrays(path: Path, names: tuple[str, ...]) -> dict[str, zarr.AsyncArr
     if key not in _opened:
         found = await asyncio.gather(*(root.getitem(name) for name in names))
         _opened.clear()
-        _opened[key] = {array.basename: array for array in found if isinstance(array, zarr.AsyncArray)}
+        arrays = [array for array in found if isinstance(array, zarr.AsyncArray)]
+        # to look whether a chunk of a field is empty costs half as much as to compress it
+        _opened[key] = {a.basename: a.with_config({"write_empty_chunks": a.ndim > 1}) for a in arrays}
     return _opened[key]
-
-
-def _value(variable: Variable, row: Values, shape: tuple[int, ...]) -> Any:
-    value = row.get(variable.name, variable.fill)
-    if variable.dtype == "string":
-        return str(value)
-    return np.broadcast_to(np.asarray(value, variable.dtype), shape)
 
 
 def digest(values: Values) -> str:
@@ -113,17 +109,17 @@ def digest(values: Values) -> str:
     return found.hexdigest()
 
 
-async def _put(array: zarr.AsyncArray[Any], block: slice, values: Mapping[int, Any]) -> None:
-    """Write a block of runs at once; runs of it that have no value here stay as they are."""
+async def _put(array: zarr.AsyncArray[Any], block: slice, values: Mapping[int, Any]) -> NDArray[Any]:
+    """Write a block of runs at once and give it; runs of it that have no value here stay as they are."""
     whole: Any
     if len(values) == block.stop - block.start:
-        first = values[block.start]
-        whole = np.empty((len(values), *np.shape(first)), object if isinstance(first, str) else first.dtype)
+        whole = np.empty((len(values), *array.shape[1:]), array.dtype)
     else:
         whole = await array.getitem(block)
     for run, value in values.items():
         whole[run - block.start] = value
     await array.setitem(block, whole)
+    return np.asarray(whole)
 
 
 def _array(root: zarr.Group, variable: Variable) -> zarr.Array[Any]:

@@ -174,7 +174,8 @@ def _status(result: Result) -> Status:
 def _row(prepared: Prepared, result: Result, max_wall: float | None) -> dict[str, Any]:
     """Values of a run by name of variable; a failed one has no summaries."""
     profile = profile_values(prepared)
-    row: dict[str, Any] = {v.name: getattr(result, v.name) for v in FIELDS}
+    # a group holds the rows of all its runs until they are written
+    row: dict[str, Any] = {v.name: np.asarray(getattr(result, v.name), v.dtype) for v in FIELDS}
     row |= profile
     row |= {
         "volume_asked": prepared.volume_asked,

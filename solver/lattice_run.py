@@ -208,10 +208,12 @@ class LatticeRun(Run):
     def state(self) -> tuple[Array, Array, Array]:
         """Depth and velocity of the whole lattice, copies of shape (ny, nx)."""
         h, u, v = (
-            self.part.expanded(self._inner(field), self.window, 0.0, image)
-            for field, image in zip(self.now, (1.0, 1.0, -1.0), strict=True)
+            self._expanded(field, image) for field, image in zip(self.now, (1.0, 1.0, -1.0), strict=True)
         )
         return h, u, v
+
+    def _expanded(self, field: Array, image: float = 1.0) -> Array:
+        return self.part.expanded(self._inner(field), self.window, 0.0, image)
 
     @property
     def maxima(self) -> Record:
@@ -230,7 +232,7 @@ class LatticeRun(Run):
     @property
     def volume(self) -> float:
         """Volume in the domain, m3."""
-        return float(self.state[0].sum()) * self.lattice.cell_area
+        return float(self._expanded(self.now.h).sum()) * self.lattice.cell_area
 
     @property
     def place(self) -> tuple[float, float]:

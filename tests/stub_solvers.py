@@ -78,9 +78,11 @@ def gated(scene, times, *, log, free, **options):
 
 def full_from(scene, times, *, at, **options):
     """Leave a disk without room for more than a few bytes a file where the bed friction is ``at``."""
+    # the log has no room either then, but for a part of a line
+    result = by_friction(scene, times, **options)
     if scene.friction.bed_friction == at:
         resource.setrlimit(resource.RLIMIT_FSIZE, (20, resource.RLIM_INFINITY))
-    return by_friction(scene, times, **options)
+    return result
 
 
 async def _refuse(self, key, value, byte_range=None):

@@ -4,6 +4,7 @@ from collections import Counter
 from functools import partial
 from pathlib import Path
 from threading import Lock
+from time import sleep
 
 import numpy as np
 import psutil
@@ -146,11 +147,13 @@ def _once(log: Path, action, *args) -> None:
         action(*args)
 
 
-def test_two_interrupts_of_the_process_group_stop_at_once(scenario_file, out, log):
+def test_two_interrupts_of_the_process_group_stop_at_once_and_more_change_nothing(scenario_file, out, log):
     process = start_driver(scenario_file(20, 21, 22, 23, 24, 25), out, log, free=20)
     until(lambda: log.exists() and len(log.read_text().split()) == 2)
     interrupt(process)
-    os.killpg(process.pid, signal.SIGINT)
+    while process.poll() is None:
+        os.killpg(process.pid, signal.SIGINT)
+        sleep(0.02)
     shown, _ = process.communicate(timeout=30)
     assert process.returncode == 130, shown
     assert "Traceback" not in shown

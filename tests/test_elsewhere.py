@@ -10,7 +10,7 @@ from uuid import uuid4
 import numpy as np
 import psutil
 import pytest
-from batches import computed, counts, files, run, start_driver, until
+from batches import computed, counts, files, interrupt, open_gate, run, start_driver, until
 from moto.server import ThreadedMotoServer
 from stub_solvers import by_friction, heal, read_only_from
 from test_cli import pipeline
@@ -111,6 +111,31 @@ def test_a_batch_whose_worker_and_driver_were_killed_is_completed(
     assert (there / "summary.csv").read_text().count("done") == len(ANGLES)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("times", [1, 2])
+def test_a_batch_that_was_interrupted_is_completed(scenario_file, there, log, monkeypatch, times):
+    monkeypatch.setattr("pipeline.template.group_size", lambda *_: GROUP)
+    file, path = scenario_file(*ANGLES), there / "box.zarr"
+    process = start_driver(file, there, log, free=22, group=GROUP)
+    until(lambda: log.exists() and len(log.read_text().split()) == 4)
+    interrupt(process)
+    if times == 1:
+        open_gate(log)
+    else:
+        os.killpg(process.pid, signal.SIGINT)
+    shown, _ = process.communicate(timeout=60)
+    assert process.returncode == 130, shown
+    assert "Traceback" not in shown
+    assert lock_objects.holder(there / ".lock") is None
+    assert pipeline("verify", there).exit_code == 0
+    before, once = counts(path)[Status.DONE], computed(log)
+    assert before == {1: sum(once.values()), 2: GROUP}[times]
+    assert run(there, file, solve=partial(by_friction, log=log)).exit_code == 0
+    assert sum((computed(log) - once).values()) == len(ANGLES) - before
+    assert counts(path) == {Status.DONE: len(ANGLES)}
+    assert pipeline("verify", there).exit_code == 0
+
+
 def test_a_store_that_refuses_leaves_its_runs_pending(scenario_file, there, log, workers_there, monkeypatch):
     monkeypatch.setattr("pipeline.template.group_size", lambda *_: GROUP)
     file, path = scenario_file(*ANGLES), there / "box.zarr"
@@ -141,14 +166,25 @@ def test_a_store_is_one_once_its_root_is_there_and_is_replaced_when_asked(scenar
 @pytest.mark.slow
 def test_every_command_takes_a_url(scenario_file, there, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("pipeline.template.group_size", lambda *_: len(ANGLES) // 2)
+    monkeypatch.setattr("pipeline.sensitivity.LEAST_RUNS", len(ANGLES))
     for part in ("1/2", "2/2"):
-        result = pipeline("run", scenario_file(20, 21), "--out", there, "--part", part)
+        result = pipeline("run", scenario_file(*ANGLES), "--out", there, "--part", part)
         assert result.exit_code == 0, result.stderr
     assert pipeline("summary", there).exit_code == 0
     assert pipeline("plot", there / "box.zarr").stdout == "box.png\n"
     assert (tmp_path / "box.png").exists()
     assert pipeline("tables", there).exit_code == 0
     assert (tmp_path / "tables" / "runs.csv").exists()
+    for command in ("hazard", "report", "sensitivity"):
+        assert pipeline(command, there).exit_code == 0, command
+    assert (tmp_path / "hazard" / "box" / "hazard.nc").exists()
+    assert "<html" in (there / "report.html").read_text()
+    assert (there / "sensitivity.csv").exists()
+    (tmp_path / "outline.csv").write_text("x,y\n1,-1\n3,-1\n3,1\n1,1\n")
+    given = ("--observed", tmp_path / "outline.csv", "--threshold", 0.1)
+    assert pipeline("calibrate", there / "box.zarr", *given).exit_code == 0
+    assert (tmp_path / "box-calibration" / "scores.csv").exists()
     assert pipeline("figures", there).exit_code == 0
     assert (tmp_path / "figures" / "comparison.csv").exists()
     assert pipeline("status", located(f"{there}/nowhere")).exit_code == 2

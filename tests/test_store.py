@@ -92,8 +92,9 @@ def test_status_is_written_last(path, monkeypatch):
 
     async def noted(array, *rest):
         begun.append(array.basename)
-        await put(array, *rest)
+        whole = await put(array, *rest)
         ended.append(array.basename)
+        return whole
 
     monkeypatch.setattr(store, "_put", noted)
     store.write(path, kept(), {2: row(2), 3: row(3)}, {2: Status.DONE, 3: Status.DONE})
@@ -109,7 +110,7 @@ def test_a_write_that_breaks_off_leaves_the_group_pending(path, monkeypatch):
     async def refuse(array, *rest):
         if array.basename == "volume_in":
             raise OSError(28, "No space left on device")
-        await put(array, *rest)
+        return await put(array, *rest)
 
     monkeypatch.setattr(store, "_put", refuse)
     with pytest.raises(OSError, match="No space"):
