@@ -94,15 +94,16 @@ def shrunk(row: Row) -> Drawn:
     if row.watched is None or not row.watched.violations:
         return row.drawn
     law, (check, time) = next(iter(row.watched.violations.items()))
+    work = row.watched.work
 
     def fails(candidate: Drawn) -> bool:
         ready = prepared(candidate)
-        found = watch(ready.scene, float(ready.times[-1]), MOST_WORK / 4, stop_at_first=True)
+        found = watch(ready.scene, float(ready.times[-1]), work, stop_at_first=True)
         return law in found.violations
 
     smallest = shrink(row.drawn, fails)
     ready = prepared(smallest)
-    found = watch(ready.scene, float(ready.times[-1]), stop_at_first=True)
+    found = watch(ready.scene, float(ready.times[-1]), work, stop_at_first=True)
     check, time = found.violations.get(law, (check, time))
     # beyond the step that breaks it, and none of its steps cut
     smallest = ending(smallest, float(f"{1.1 * time:.4g}") or smallest.data["time"]["end"])
@@ -111,7 +112,12 @@ def shrunk(row: Row) -> Drawn:
 
 
 def campaign(
-    scenes: int, seed: int, workers: int, tell: Callable[[str], None], chosen: list[Drawn] | None = None
+    scenes: int,
+    seed: int,
+    workers: int,
+    tell: Callable[[str], None],
+    chosen: list[Drawn] | None = None,
+    most_work: float = MOST_WORK,
 ) -> list[Row]:
     """Run scenes drawn from a seed, or chosen ones, and say of each that breaks a law which.
 
@@ -125,6 +131,8 @@ def campaign(
         Told what is found as it is found.
     chosen : list of Drawn, optional
         Scenes to run in place of drawn ones; all are repeated.
+    most_work : float
+        Cell-stages after which a scene ends.
     """
     from distributed import as_completed
 
@@ -146,7 +154,7 @@ def campaign(
 
         def submit() -> None:
             for k, (drawn, repeated) in waiting:
-                future = client.submit(perform, drawn, repeated, pure=False)
+                future = client.submit(perform, drawn, repeated, most_work, pure=False)
                 futures[future] = k
                 done.add(future)
                 return
@@ -221,13 +229,15 @@ def stress(
     seed: int,
     workers: int,
     chosen: list[Path] | None = None,
+    most_work: float = MOST_WORK,
 ) -> tuple[list[Path], list[Path]]:
     """Run a campaign, write its table, and give what was written: reports, and files of failing scenes."""
     from pipeline.stress_report import write
 
     began = perf_counter()
-    rows = campaign(scenes, seed, workers, tell, [read(path) for path in chosen] if chosen else None)
+    drawn = [read(path) for path in chosen] if chosen else None
+    rows = campaign(scenes, seed, workers, tell, drawn, most_work)
     same_with_any_workers(rows, to, max(2, workers))
-    told: dict[str, Any] = {"scenes": len(rows), "seed": seed, "workers": workers}
+    told: dict[str, Any] = {"scenes": len(rows), "seed": seed, "workers": workers, "work": most_work}
     reports = write(rows, to, told | {"seconds": perf_counter() - began})
     return reports, files(rows, to / "failing", tell)

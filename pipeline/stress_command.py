@@ -20,6 +20,7 @@ def stress(
     scenes: Annotated[int, typer.Option(min=1, help="Scenes to draw.")] = 100,
     seed: Annotated[int, typer.Option(min=0, help="Seed they are drawn from.")] = 1,
     workers: Annotated[int, typer.Option(min=1, help="Worker processes.")] = 2,
+    work: Annotated[float, typer.Option(min=1, help="Cell-stages after which a scene ends.")] = 2e6,
     to: Annotated[Path, typer.Option(help="Folder to write to.")] = Path("stress"),
 ) -> None:
     """Try to break the solver: run random scenes and check the laws of the equations at their steps.
@@ -31,7 +32,7 @@ def stress(
     from pipeline.stress import stress as try_to_break
 
     with ending({BadInput: BAD_INPUT, OSError: TROUBLE}):
-        reports, failing = try_to_break(to, typer.echo, scenes, seed, workers, files)
+        reports, failing = try_to_break(to, typer.echo, scenes, seed, workers, files, work)
     for path in [*reports, *failing]:
         typer.echo(str(path))
     raise typer.Exit(BROKEN if failing else 0)

@@ -55,7 +55,8 @@ def _report(rows: list[Row], told: dict[str, Any]) -> Iterator[str]:
     broken = [row for row in kept if row.broken]
     yield (
         f"{len(kept)} scenes of the conservative form, {len(broken)} of which break a law; "
-        f"{len(other)} of the collocation form. {told['seconds']:.0f} s with {told['workers']} workers."
+        f"{len(other)} of the collocation form. A scene ends after {told['work']:.2g} cell-stages. "
+        f"{told['seconds']:.0f} s with {told['workers']} workers."
     )
     yield from ["", "## Laws", "", *_laws(kept)]
     yield from ["", "## Time steps", "", *_steps(kept)]

@@ -17,7 +17,7 @@ from solver.simulation import REASONS, begin
 from solver.time_stepping import AT_REST, OUT_OF_STEPS, REACHED
 
 # Work of a scene, cells updated in a stage; a point of the collocation form costs ten cells.
-MOST_WORK = 1e7
+MOST_WORK = 2e6
 COLLOCATION_WORK = MOST_WORK / 10
 # Every step is checked up to so many, and so many cells; then ever fewer, evenly spread.
 EVERY_STEP = 60
