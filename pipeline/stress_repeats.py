@@ -20,6 +20,8 @@ from solver.simulation import begin
 STEPS, FEW_STEPS = 60, 10
 # Largest difference of depth of what mirrors to round-off, as part of the largest depth.
 ROUND_OFF = 1e-9
+# What comes from products that underflow scales no more, nor what it has been mixed into since.
+UNDERFLOW = 1e-60
 # Gravity and lengths are scaled by a power of 4, whose root is exact.
 FACTOR = 4.0
 # Keys of lengths, wherever they stand.
@@ -74,7 +76,8 @@ def _unequal(run: Run, other: Run) -> float:
 def _scaled(run: Run, other: Run, length: float, speed: float) -> float:
     """Count the values of a state that are not those of another one, scaled."""
     factors = length, speed, speed
-    return float(sum((a != f * b).sum() for a, b, f in zip(run.state, other.state, factors, strict=True)))
+    pairs = [(a, f * b) for a, b, f in zip(run.state, other.state, factors, strict=True)]
+    return float(sum(((a != b) & (np.abs(a) + np.abs(b) > UNDERFLOW)).sum() for a, b in pairs))
 
 
 def mirrored(scene: Scene) -> Scene:

@@ -38,6 +38,8 @@ MOST_POINTS = {"lattice": 250_000, "cloud": 6_000, "collocation": 2_500}
 MOST_ACROSS = {"lattice": 400, "cloud": 50, "collocation": 20}
 LEAST_ACROSS = {"lattice": 4, "cloud": 4, "collocation": 8}
 LONGEST_TIME = 40.0
+# steps, roughly, beyond which no end time lies: a step would be next to nothing of it.
+MOST_STEPS = 1e6
 STOPPING_TIMES = 40.0
 
 
@@ -91,6 +93,7 @@ def draw(seed: int, number: int) -> Drawn:
     # what comes to rest is given the time for it
     spare = draws.spare_friction(terrain, material, gravity)
     stopping = 0.0 if spare <= 0 else STOPPING_TIMES * (waves + falling) / spare
+    crossing = LONGEST_TIME * (length + width) / (waves + falling)
     data: Data = {
         "name": name,
         "gravity": gravity,
@@ -100,7 +103,9 @@ def draw(seed: int, number: int) -> Drawn:
         "release": releases,
         "material": material,
         "boundaries": sides,
-        "time": {"end": draws.rounded(max(LONGEST_TIME * (length + width) / (waves + falling), stopping))},
+        "time": {
+            "end": draws.rounded(min(max(crossing, stopping), MOST_STEPS * spacing / (waves + falling)))
+        },
     }
     if kind == "collocation":
         data["scheme"] = {"form": "collocation"}

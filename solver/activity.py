@@ -140,12 +140,14 @@ def classify(
             lo += 1
         while lo < hi and now.h[j * m + hi - 1] <= material.dry:
             hi -= 1
+        # an empty span is written in one way, whatever it was trimmed from
+        lo, hi = (lo, hi) if lo < hi else (0, 0)
         spans.wet[0, j], spans.wet[1, j] = lo, hi
         while lo < hi and still[j * m + lo] != 0.0:
             lo += 1
         while lo < hi and still[j * m + hi - 1] != 0.0:
             hi -= 1
-        spans.moving[0, j], spans.moving[1, j] = lo, hi
+        spans.moving[0, j], spans.moving[1, j] = (lo, hi) if lo < hi else (0, 0)
     rate: float = driven_rate(now.h, status, bed, material, sides, grid)
     for c in range(m):
         if spans.rate[c] > 0.0:
