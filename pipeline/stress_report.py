@@ -35,7 +35,7 @@ def write(rows: list[Row], to: Path, told: dict[str, Any]) -> list[Path]:
 def _line(row: Row) -> dict[str, Any]:
     found = row.watched
     numbers = {
-        "points": found.points if found else "",
+        "number_of_points": found.points if found else "",
         "ending": ENDINGS[found.outcome] if found else "refused" if not row.broken else "error",
         "steps": found.steps if found else "",
         "steps_checked": found.steps_looked_at if found else "",
