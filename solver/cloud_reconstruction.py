@@ -104,7 +104,7 @@ def flatten_fed(slopes: Array, faces: Faces, sides: Sides, start: int, stop: int
             slopes[2:, int(faces.left[faces.outer + b])] = 0.0
 
 
-@kernel()
+@kernel(inline=True)
 def limited_step(gap: float, ahead: float, part: float, steepness: float) -> float:
     """Step from a cell's mean toward the cell beyond a face, to where the face stands.
 
@@ -127,7 +127,7 @@ def limited_step(gap: float, ahead: float, part: float, steepness: float) -> flo
     return math.copysign(size, ahead) if behind * ahead > 0.0 else 0.0
 
 
-@kernel()
+@kernel(inline=True)
 def shown(
     h: float,
     n: float,

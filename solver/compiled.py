@@ -68,7 +68,9 @@ class _Unaliased(Compiler):
         super().__init__(*before, flags, types)  # type: ignore[no-untyped-call, call-arg]
 
 
-def kernel(fastmath: bool = True, unaliased: bool = False) -> Callable[[Callable[..., Any]], Any]:
+def kernel(
+    fastmath: bool = True, unaliased: bool = False, inline: bool = False
+) -> Callable[[Callable[..., Any]], Any]:
     """Decorate a function to be compiled by Numba.
 
     NumPy's error model (a division by zero gives inf) lets loops vectorise. Of fast mathematics only the
@@ -83,6 +85,8 @@ def kernel(fastmath: bool = True, unaliased: bool = False) -> Callable[[Callable
         Promise that nothing written lies in an array given under another name. LLVM asks otherwise each time
         that a loop is entered, which costs short rows as much as their cells do; where what is read is found
         by an index it cannot ask, and the loop does not vectorise.
+    inline : bool
+        Whether it becomes part of what calls it, however long it is: a loop that calls does not vectorise.
     """
     flags = {"nnan", "nsz"} if fastmath else False
 
@@ -96,6 +100,7 @@ def kernel(fastmath: bool = True, unaliased: bool = False) -> Callable[[Callable
                 nogil=True,
                 error_model="numpy",
                 fastmath=flags,
+                forceinline=inline,
                 pipeline_class=_Unaliased if unaliased else Compiler,
             )(function)
         finally:
