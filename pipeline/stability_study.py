@@ -75,11 +75,6 @@ PRESSURES = {
 }
 
 
-def made(case: Case, layout: str, spacing: float) -> Points:
-    """Lay the points of a case."""
-    return case.lattice(spacing) if layout == "lattice" else case.cloud(spacing)
-
-
 def varied(scene: Scene, **changes: Any) -> Scene:
     """Change the numerical choices of a scene."""
     return replace(scene, scheme=replace(scene.scheme, **changes))
@@ -134,7 +129,7 @@ def courant_numbers() -> Iterator[str]:
             if name == FED and form == "collocation":
                 continue
             for layout in LAYOUTS:
-                points = made(case, layout, spacing)
+                points = case.points(layout, spacing)
                 scene = replace(case.scene(points, scheme), operators=prepare(points, scheme))
                 tests = doubling(case, scene), breaking(case, scene)
                 (error, failed), (law, which) = (limit(scene, test) for test in tests)
@@ -213,7 +208,7 @@ def sensitivity(
     yield f"| choice | {' | '.join(f'{layout}: {title}' for layout in LAYOUTS for title in titles)} |"
     yield "|---" * (1 + len(LAYOUTS) * len(titles)) + "|"
     usual, scheme = spacings[1], WeightedResidual()
-    points = {layout: made(case, layout, usual) for layout in LAYOUTS}
+    points = {layout: case.points(layout, usual) for layout in LAYOUTS}
     operators = {layout: prepare(on, scheme) for layout, on in points.items()}
 
     def line(name: str, changed: Callable[[str], tuple[Scene, float]]) -> str:
@@ -227,7 +222,7 @@ def sensitivity(
     for spacing in (s for s in spacings if s != usual):
         yield line(
             f"spacing {spacing:g} m",
-            lambda layout, s=spacing: (scene(made(case, layout, s), scheme), s),  # type: ignore[misc]
+            lambda layout, s=spacing: (scene(case.points(layout, s), scheme), s),  # type: ignore[misc]
         )
     for key, values in (("cfl", COURANT), ("wet_limit", WET)):
         for value in (v for v in values if v != getattr(scheme, key)):

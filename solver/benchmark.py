@@ -172,7 +172,7 @@ def timed(
     """Run a case once for its errors and its memory, then for its times."""
 
     def scene() -> Scene:
-        points = case.lattice(spacing) if layout == "lattice" else case.cloud(spacing)
+        points = case.points(layout, spacing)
         return replace(case.scene(points, FORMS[form]), operators=prepare(points, FORMS[form]))
 
     tracemalloc.start()

@@ -55,6 +55,10 @@ class Case:
         area = (self.x[1] - self.x[0]) * (self.y[1] - self.y[0])
         return random_points(self.x, self.y, round(area / spacing**2), SEED)
 
+    def points(self, layout: str, spacing: float) -> Points:
+        """Lay the points of a layout, "lattice" or "cloud", of a spacing, m."""
+        return self.lattice(spacing) if layout == "lattice" else self.cloud(spacing)
+
     def against_fine(self, spacing: float) -> Case:
         """Expect what the weighted-residual form gives on a lattice of a fine spacing, m."""
         run = simulate(self.scene(lattice := self.lattice(spacing), CONSERVATIVE), [self.time])

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from solver.boundary import AXIS, DEPTH, EVEN, GHOSTS, MIDLINE, NO_SLIP, OPEN, WALL, Fields, Grid, Sides
+from solver.boundary import AXIS, DEPTH, EVEN, GHOSTS, NO_SLIP, OPEN, WALL, Fields, Grid, Sides
 from solver.compiled import Array, Indices, kernel
 from solver.spans import hull
 
@@ -61,16 +61,15 @@ def ghosts_beyond(
     cell, outward : int
         Index of the cell and distance in memory to the first ghost.
     kind : int
-        OPEN continues the velocity, DEPTH the invariant; WALL, AXIS and MIDLINE mirror the normal, NO_SLIP
-        both velocities.
+        OPEN continues the velocity, DEPTH the invariant; WALL mirrors the normal, NO_SLIP both velocities.
     depth, beta : float
         Depth outside a DEPTH side, m, and g cos(xi) K of the cell, m s-2.
     rise : float
         Change of depth per spacing outward that gravity needs at a wall, m.
     """
     for k in range(GHOSTS):
-        ghost, mirror = cell + (k + 1) * outward, cell - (k + 1 if kind == AXIS else k) * outward
-        if kind in (WALL, NO_SLIP, AXIS, MIDLINE):
+        ghost, mirror = cell + (k + 1) * outward, cell - k * outward
+        if kind in (WALL, NO_SLIP):
             h[ghost], n[ghost] = leaning(h[mirror], (2 * k + 1) * rise), -n[mirror]
             t[ghost] = -t[mirror] if kind == NO_SLIP else t[mirror]
         elif kind == OPEN:
@@ -83,7 +82,10 @@ def ghosts_beyond(
 
 @kernel(unaliased=True)
 def ghost_row(h: Array, n: Array, t: Array, ghost: int, source: int, count: int, kind: int) -> None:
-    """Fill a run of ghosts beyond a side along x with their images, as `ghosts_beyond` without a rise."""
+    """Fill a run of ghosts beyond a side along x with their images, as `ghosts_beyond` without a rise.
+
+    AXIS and MIDLINE mirror as a WALL does, EVEN continues as OPEN does.
+    """
     sign_n, sign_t = 1.0 if kind in (OPEN, EVEN) else -1.0, -1.0 if kind == NO_SLIP else 1.0
     for k in range(count):
         g, i = np.uint64(ghost) + np.uint64(k), np.uint64(source) + np.uint64(k)

@@ -79,7 +79,7 @@ def hll(
         w = (fast * slow) * per
         ap, bq = a * p, b * q
         through = w_a * ap + w_b * bq + w * (b - a)
-        # nothing leaves a still cell: what flows toward it enters, and leans on it if it is wet
+        # nothing leaves a still cell: what flows toward it enters, and leans on it if friction holds it
         from_a, from_b = through > 0.0, through < 0.0
         still_a, still_b = still[i], still[i + step]
         holds_a, holds_b = still_a > 0.0, still_b > 0.0

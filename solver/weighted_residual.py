@@ -283,7 +283,7 @@ def stage(
         )
         if material.drag > 0.0:
             drag_row(out, row * m + a, b - a, part * dt * material.drag)
-        if row == GHOSTS and low not in (AXIS, MIDLINE, EVEN):
+        if row == GHOSTS and low not in (AXIS, MIDLINE):
             account(y_mass, south, b - a, -1.0, share * dt * grid.dx, ledger[2])
-        if row == grid.rows - GHOSTS - 1 and high != EVEN:
+        if row == grid.rows - GHOSTS - 1:
             account(y_mass, below + a, b - a, 1.0, images(sides, row) * share * dt * grid.dx, ledger[3])
