@@ -95,7 +95,7 @@ class CloudRun(Run):
                 SSP_RK3,
                 self.scene.scheme.cfl,
                 target,
-                self.end,
+                self.shortest_step,
                 max_steps,
                 self.rest_volume,
                 self.arrival_depth,

@@ -81,7 +81,7 @@ def advance_cloud(
     parts: tuple[float, ...],
     cfl: float,
     target: float,
-    end: float,
+    shortest: float,
     max_steps: int,
     rest_volume: float,
     threshold: float,
@@ -119,7 +119,7 @@ def advance_cloud(
         if not moving_volume_exceeds(now, status, area, sides, faces, activity, rest_volume, started):
             return AT_REST
         remaining = target - progress.time[0]
-        dt = step_length(rate, cfl, remaining, end)
+        dt = step_length(rate, cfl, remaining, shortest)
         if dt == 0.0:
             return COLLAPSED
         source = now

@@ -171,7 +171,7 @@ class CollocationRun(Run):
                 SSP_RK3,
                 self.scene.scheme.cfl,
                 target,
-                self.end,
+                self.shortest_step,
                 max_steps,
                 self.rest_volume,
                 self.arrival_depth,

@@ -61,7 +61,7 @@ def advance_collocation(
     parts: tuple[float, ...],
     cfl: float,
     target: float,
-    end: float,
+    shortest: float,
     max_steps: int,
     rest_volume: float,
     threshold: float,
@@ -82,7 +82,7 @@ def advance_collocation(
             derivatives(now, chosen, stencils, scratch.gains)
             if k == 0:
                 rate = earth_pressure(now, chosen, stencils, bed, material, scratch.beta)
-                dt = step_length(rate, cfl, remaining, end)
+                dt = step_length(rate, cfl, remaining, shortest)
                 if dt == 0.0:
                     return COLLAPSED
             account_open(now, sides, share_of_step(parts, k) * dt, progress.ledger)

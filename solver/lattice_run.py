@@ -176,7 +176,7 @@ class LatticeRun(Run):
                     time_stepping.SSP_RK3,
                     self.scene.scheme.cfl,
                     target,
-                    self.end,
+                    self.shortest_step,
                     max_steps,
                     self.rest_volume,
                     self.arrival_depth,

@@ -17,6 +17,9 @@ from solver.scene import Scene
 from solver.time_stepping import Progress, Record
 
 Carried = Mapping[str, NDArray[Any]]
+# A step is collapsed that is this much shorter than the run, or than ten times a free fall along the domain: a
+# run may be given any end, and stop at rest.
+SHORTEST_STEP, FALLS = 1e-7, 10
 KINDS = {"open": OPEN, "wall": WALL, "no-slip": NO_SLIP}
 
 
@@ -41,6 +44,8 @@ class Run(ABC):
 
     def __init__(self, scene: Scene, depth: Array, end: float, arrival_depth: float, indices: int) -> None:
         self.scene, self.end, self.arrival_depth = scene, end, arrival_depth
+        fall = np.sqrt(max(np.ptp(side) for side in scene.points.extent) / scene.gravity)
+        self.shortest_step = SHORTEST_STEP * min(end, FALLS * float(fall))
         self.sides = sides_of(scene)
         self.material = material_of(scene, depth, self.sides)
         self.progress = Progress(

@@ -18,8 +18,6 @@ from solver.weighted_residual import Buffers, stage
 SSP_RK3 = (1.0, 1 / 4, 2 / 3)
 
 REACHED, AT_REST, OUT_OF_STEPS, NOT_FINITE, COLLAPSED, GROW, OUT_OF_TIME = range(7)
-# A step this much shorter than the whole run counts as collapsed.
-SHORTEST_STEP = 1e-7
 
 
 class Record(NamedTuple):
@@ -91,13 +89,13 @@ def record_maxima(
 
 
 @kernel()
-def step_length(rate: float, cfl: float, remaining: float, end: float) -> float:
-    """Length of the next step, s, by the largest wave rate (s-1); 0 where steps have collapsed.
+def step_length(rate: float, cfl: float, remaining: float, shortest: float) -> float:
+    """Length of the next step, s, by the largest wave rate (s-1); 0 where it would be below ``shortest``.
 
     The last two steps before a target are of equal length, so that no sliver of a step is left.
     """
     dt = cfl / rate if rate > 0.0 else remaining
-    if dt < SHORTEST_STEP * end:
+    if dt < shortest:
         return 0.0
     if dt >= remaining:
         return remaining
@@ -129,7 +127,7 @@ def advance(
     parts: tuple[float, ...],
     cfl: float,
     target: float,
-    end: float,
+    shortest: float,
     max_steps: int,
     rest_volume: float,
     threshold: float,
@@ -139,6 +137,7 @@ def advance(
     """Step until ``target`` (s) or until at most ``rest_volume`` (m3) moves; return why it stopped.
 
     inner : (4,) array, whether a side is inside the lattice: what comes to it stops the run before the step.
+    shortest : a step below it counts as collapsed, s.
     """
     stages = len(parts)
     while progress.time[0] < target:
@@ -155,7 +154,7 @@ def advance(
         if comes_to(spans.stepped, grid, inner, first, last):
             return GROW
         remaining = target - progress.time[0]
-        dt = step_length(rate, cfl, remaining, end)
+        dt = step_length(rate, cfl, remaining, shortest)
         if dt == 0.0:
             return COLLAPSED
         copy_surroundings(now, first_stage, spans.stepped, grid, first, last)

@@ -2,12 +2,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import SCENES, rough, scene
+from scenes import LATTICE, SCENES, rough, scene
 
 from solver.lattice import Lattice
 from solver.lattice_run import LatticeRun
+from solver.point_cloud import random_points
 from solver.rheology import Coulomb
-from solver.simulation import Boundaries, Scene, WeightedResidual, simulate
+from solver.simulation import Boundaries, Scene, WeightedResidual, begin, simulate
 from solver.terrain import Plane
 from solver.time_stepping import (
     AT_REST,
@@ -151,6 +152,14 @@ def test_a_time_step_next_to_nothing_is_a_collapse():
     case = scene(speed=(1e11, 0))
     assert LatticeRun(case, 1.0, 0.0, whole=True).advance(1.0, None) == COLLAPSED
     assert LatticeRun(case, 1e-9, 0.0, whole=True).advance(1e-12, 1) != COLLAPSED
+
+
+@pytest.mark.parametrize("points", [LATTICE, random_points(*LATTICE.extent, 300, seed=1)])
+def test_a_run_may_be_given_any_end(points):
+    x, y = points.coordinates
+    depth = np.maximum(0, 1 - ((x - 3) ** 2 + y**2) / 4)
+    case = Scene(points, Plane(20), depth, 0 * depth, 0 * depth, Coulomb(15))
+    assert begin(case, 1e9, 0.0, skip=True).advance(1e9, 20) == OUT_OF_STEPS
 
 
 def test_a_value_that_is_not_finite_is_found_with_its_place():
