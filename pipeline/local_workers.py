@@ -33,9 +33,6 @@ SETTINGS = {
     "distributed.worker.memory.pause": False,
     "distributed.worker.preload": ["pipeline.worker"],
     "distributed.nanny.pre-spawn-environ.NUMBA_NUM_THREADS": 1,
-    # memory given back after every array is asked for, page by page, for the next one: 3 ms a short run
-    "distributed.nanny.pre-spawn-environ.MALLOC_MMAP_THRESHOLD_": 2**25,
-    "distributed.nanny.pre-spawn-environ.MALLOC_TRIM_THRESHOLD_": 2**28,
     # looking at itself ten to a hundred times a second takes a tenth of the time of short runs
     "distributed.worker.profile.enabled": False,
     "distributed.worker.memory.monitor-interval": "500ms",

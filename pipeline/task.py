@@ -13,7 +13,7 @@ import numpy as np
 
 from pipeline import shared_points, store
 from pipeline.checkpoints import Checkpoints
-from pipeline.limits import UNLIMITED, Limits
+from pipeline.limits import UNLIMITED, Limits, keep_freed_memory
 from pipeline.runs import Prepared, Run, build_scene
 from pipeline.shared_points import SharedPoints
 from pipeline.summary import overrun, summarise
@@ -72,6 +72,7 @@ def perform(job: Job, solve: Solve = simulate) -> list[Outcome]:
     OSError
         If the store cannot be read or written. What goes wrong inside a run is an outcome, not an error.
     """
+    keep_freed_memory()
     first = job.runs[0].index
     states = store.statuses(job.path, slice(first, job.runs[-1].index + 1))
     finished = {run.index: Status(states[run.index - first]) for run in job.runs}

@@ -17,8 +17,8 @@ from solver.scene import Scene
 from solver.time_stepping import Progress, Record
 
 Carried = Mapping[str, NDArray[Any]]
-# A step is collapsed that is this much shorter than the run, or than ten times a free fall along the domain: a
-# run may be given any end, and stop at rest.
+# A step is collapsed that is this much shorter than the run, or than ten times a free fall along the domain:
+# a run may be given any end, and stop at rest.
 SHORTEST_STEP, FALLS = 1e-7, 10
 KINDS = {"open": OPEN, "wall": WALL, "no-slip": NO_SLIP}
 
