@@ -6,6 +6,7 @@ of unit density, in m5 s-2; a potential is g times a height, m2 s-2.
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -113,6 +114,15 @@ def surely_held(state: State, edges: Edges, pressure: float, pull: Array, hold: 
     return np.asarray(holds & (h > 0))
 
 
+@lru_cache(maxsize=8)
+def elevations(terrain: SlopeProfile, points: Lattice | PointCloud) -> tuple[Array, Array]:
+    """Give the elevations of a bed at 501 places along the domain and at points, of their shape, m.
+
+    The runs of a sweep share them.
+    """
+    return terrain.elevation(np.linspace(*points.extent[0], 501)), terrain.elevation(points.coordinates[0])
+
+
 class Laws:
     """The laws of one scene.
 
@@ -139,9 +149,8 @@ class Laws:
         self.along, self.normal = scene.gravity * np.sin(xi), scene.gravity * np.cos(xi)
         self.hold = scene.friction.tangent * self.normal
         self.plane = not scene.terrain.curvature(x).any() and float(np.ptp(xi)) == 0.0
-        places = np.linspace(*points.extent[0], 501)
-        heights = scene.gravity * scene.terrain.elevation(places)
-        self.potential = scene.gravity * scene.terrain.elevation(x) - heights.min()
+        heights, beds = (scene.gravity * z for z in elevations(scene.terrain, points))
+        self.potential = beds - heights.min()
         # what leaves through a side in y leaves from no less than the lowest place
         self.at_sides = np.array([heights[0] - heights.min(), heights[-1] - heights.min(), 0.0, 0.0])
         given = [

@@ -186,6 +186,9 @@ class Segments(SlopeProfile):
     with_curvature: bool = True
 
     def __post_init__(self) -> None:
+        # beds are compared, and what is known of them kept, by their values
+        object.__setattr__(self, "starts", tuple(self.starts))
+        object.__setattr__(self, "angles", tuple(self.angles))
         if not 0 < len(self.starts) == len(self.angles):
             raise ValueError("segments need a start and an angle each")
         _check_angles(*self.angles)

@@ -150,3 +150,9 @@ def test_a_table_follows_slopes_that_are_nearly_walls():
 def test_impossible_profiles_are_refused(make):
     with pytest.raises(ValueError, match=r"must|need|unknown"):
         make()
+
+
+def test_beds_of_the_same_segments_are_the_same():
+    lists, tuples = Segments([0.0, 5.0], [30.0, 0.0], 1.0), Segments((0.0, 5.0), (30.0, 0.0), 1.0)
+    assert lists == tuples
+    assert hash(lists) == hash(tuples)
