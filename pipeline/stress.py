@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from pipeline.stress_repeats import repeat
-from pipeline.stress_scenes import Drawn, draw, prepared, read
+from pipeline.stress_scenes import Drawn, can_be_run, draw, prepared, read
 from pipeline.stress_shrink import shrink
 from pipeline.stress_watch import MOST_WORK, Watched, watch
 from solver.invariants import Check
@@ -99,7 +99,7 @@ def shrunk(row: Row) -> Drawn:
     def fails(candidate: Drawn) -> bool:
         ready = prepared(candidate)
         found = watch(ready.scene, float(ready.times[-1]), work, stop_at_first=True)
-        return law in found.violations
+        return law in found.violations and can_be_run(candidate)
 
     smallest = shrink(row.drawn, fails)
     ready = prepared(smallest)

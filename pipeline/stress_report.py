@@ -77,7 +77,7 @@ def _laws(rows: list[Row]) -> Iterator[str]:
             line[1] += row.watched.checks.get(law, 1) if row.watched else 1
             line[2] += not check.kept
             line[3] = max(line[3], check.value)
-    yield "| law | scenes | checks | broken in | largest value | allowed |"
+    yield "| law | scenes | checks | broken in | largest value, or first beyond | allowed |"
     yield "|---|---|---|---|---|---|"
     for law, (scenes, checks, bad, value, limit) in found.items():
         yield f"| {law} | {scenes:.0f} | {checks:.0f} | {bad:.0f} | {value + 0.0:.3g} | {limit:.3g} |"

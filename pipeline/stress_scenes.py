@@ -6,12 +6,14 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 import yaml
 from numpy.typing import NDArray
 
 from pipeline import stress_draws as draws
+from pipeline.mistakes import BadInput
 from pipeline.point_file import PointFile
 from pipeline.runs import Prepared, Run, build_scene
 from pipeline.scenario import load
@@ -144,6 +146,16 @@ def read(path: Path) -> Drawn:
     (scenario,) = load([path])
     data = scenario.settings.model_dump(mode="json", exclude_unset=True)
     return Drawn(scenario.name, data, {}, None if scenario.points is None else scenario.points.points)
+
+
+def can_be_run(drawn: Drawn) -> bool:
+    """Whether `pipeline run` takes the scenario file of a scene."""
+    with TemporaryDirectory() as folder:
+        try:
+            read(drawn.write(Path(folder)))
+        except BadInput:
+            return False
+    return True
 
 
 def prepared(drawn: Drawn) -> Prepared:

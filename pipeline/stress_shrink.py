@@ -13,6 +13,8 @@ from pipeline.stress_scenes import Data, Drawn
 
 MOST_SECONDS = 60.0
 PLAIN: Data = {"gravity": 9.81}
+# Cells across a domain at least: in one cell everything is beyond what the laws can say.
+FEWEST_ACROSS = 8
 
 
 def shrink(drawn: Drawn, fails: Callable[[Drawn], bool], seconds: float = MOST_SECONDS) -> Drawn:
@@ -74,8 +76,13 @@ def _simpler(drawn: Drawn) -> Iterator[Drawn]:
 def _fewer_points(drawn: Drawn, changed: Callable[..., Drawn]) -> Iterator[Drawn]:
     """Go through scenes with fewer points: coarser ones, and those of half the domain."""
     data = drawn.data
+    sides = [high - low for low, high in (data["domain"][key] for key in "xy")]
+    cells = 1 if drawn.points is None else len(drawn.points)
+    spacing = data["points"].get("spacing", float(np.sqrt(np.prod(sides) / cells)))
     for key in ("x", "y"):
         low, high = data["domain"][key]
+        if high - low < 2 * FEWEST_ACROSS * spacing:
+            continue
         for part in ((low, (low + high) / 2), ((low + high) / 2, high)):
             domain = {**data["domain"], key: [float(f"{p:.4g}") for p in part]}
             smaller = changed(domain=domain)

@@ -33,7 +33,7 @@ ENDS = "the run goes on to its end"
 class Watched:
     """What became of a scene.
 
-    worst : of every law the check nearest to its limit, or farthest beyond it, with its time, s. checks :
+    worst : of every law the check nearest to its limit, or the first beyond it, with its time, s. checks :
     number of checks of every law. shortest, longest : of its time steps, s. left : what hindered it.
     """
 

@@ -9,11 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scenes import SCENES, all_sides, scene
 
-from pipeline.stress import is_repeated, perform
+from pipeline.stress import is_repeated, perform, shrunk
 from pipeline.stress_repeats import repeat
 from pipeline.stress_scenes import LAYOUTS, Drawn, draw, prepared, read
 from pipeline.stress_shrink import shrink
-from pipeline.stress_watch import watch
+from pipeline.stress_watch import Watched, watch
 from solver.invariants import Check, Laws, State, state_of_run
 from solver.rheology import Coulomb
 from solver.simulation import begin
@@ -112,6 +112,18 @@ def test_a_failing_scene_is_shrunk_to_what_fails():
     assert len(small.data["release"]) == 1
     assert small.data["terrain"]["profile"] == "plane"
     assert set(small.data["boundaries"].values()) == {"open"}
+
+
+def test_a_shrunk_scene_can_be_run(monkeypatch, tmp_path):
+    """Whatever runs breaks a law here, so that nothing but what can be run bounds how small it gets."""
+    found = Watched()
+    found.note([Check("speed has a source", 2.0, 1.5)], 0.1)
+    monkeypatch.setattr("pipeline.stress.watch", lambda *_, **__: found)
+    row = perform(draw(1, 830), False)
+    small = shrunk(row)
+    assert small.points.size < row.drawn.points.size / 4
+    again = read(small.write(tmp_path))
+    assert len(again.data["release"]) == 1
 
 
 def test_an_error_is_told_as_a_broken_law(monkeypatch):
