@@ -18,6 +18,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
+from pipeline.kernel_table import kernel_table
 from solver.benchmark import FULL, QUICK, Plan, Row, climb, cost_at, ending, skipping
 from solver.simulation import compile_kernels
 
@@ -131,6 +132,7 @@ def _report(plan: Plan, rows: list[Row]) -> Iterator[str]:
     yield from _heading(ENDS, END_COLUMNS)
     yield from _lines(kept(ending(ladder, plan.spacing, plan.end_times)), END_COLUMNS)
     yield from _read_off(rows)
+    yield from kernel_table()
 
 
 def machine() -> str:

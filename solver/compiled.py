@@ -69,7 +69,7 @@ class _Unaliased(Compiler):
 
 
 def kernel(
-    fastmath: bool = True, unaliased: bool = False, inline: bool = False
+    fastmath: bool = True, unaliased: bool = False, inline: bool = False, cached: bool = True
 ) -> Callable[[Callable[..., Any]], Any]:
     """Decorate a function to be compiled by Numba.
 
@@ -87,6 +87,8 @@ def kernel(
         by an index it cannot ask, and the loop does not vectorise.
     inline : bool
         Whether it becomes part of what calls it, however long it is: a loop that calls does not vectorise.
+    cached : bool
+        Whether it is kept on disk.
     """
     flags = {"nnan", "nsz"} if fastmath else False
 
@@ -96,7 +98,7 @@ def kernel(
         config.CACHE_DIR = str(cache_directory())
         try:
             return numba.njit(
-                cache=True,
+                cache=cached,
                 nogil=True,
                 error_model="numpy",
                 fastmath=flags,

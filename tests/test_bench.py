@@ -8,6 +8,7 @@ from typer.testing import CliRunner
 
 from pipeline import bench
 from pipeline.cli import app
+from pipeline.kernel_table import TITLE
 from solver.benchmark import Ladder, Plan, cost_at
 from solver.cases import CHUTE, cap, measure
 from solver.fine_solution import fine_solution, overlap
@@ -54,10 +55,24 @@ def test_the_bench_writes_a_table_a_page_and_a_picture(benched):
     assert printed.startswith(page)
     assert "one thread" in page
     assert "numba 0." in page
-    for title in (bench.LADDER, bench.READ_OFF, bench.SKIPPED, bench.ENDS):
+    for title in (bench.LADDER, bench.READ_OFF, bench.SKIPPED, bench.ENDS, TITLE):
         (section,) = re.findall(rf"^## {title}\n\n((?:\|.*\n)+)", page, flags=re.MULTILINE)
         assert len({line.count("|") for line in section.splitlines()}) == 1
     assert len(re.findall(r"^\| collocation, lattice +\|", page, flags=re.MULTILINE)) == 1
+
+
+def test_the_loops_of_a_stage_are_timed_and_their_instructions_counted(benched):
+    page = (benched[0] / "bench.md").read_text()
+    _, _, section = page.partition(f"## {TITLE}")
+    rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in section.strip().splitlines()]
+    kernels, (whole, *_, taken, alone) = rows[2:-1], rows[-1]
+    assert {row[0] for row in kernels} >= {"face_values", "hll", "update_row"}
+    # a divider is a part of what a loop is made of
+    assert sum(int(row[4]) + int(row[5]) for row in kernels) >= 4
+    assert all(int(row[3]) > int(row[4]) + int(row[5]) for row in kernels)
+    assert float(taken) == pytest.approx(sum(float(row[6]) for row in kernels), abs=0.05)
+    assert float(alone) > 0
+    assert whole.endswith("million a s")
 
 
 def test_errors_fall_with_the_spacing_in_every_form_and_layout(benched):
