@@ -22,7 +22,7 @@ CHUNK = 256
 class CloudBuffers(NamedTuple):
     """Scratch arrays.
 
-    slopes : (8, cells and ghosts), as `slopes_at` fills them; ghosts keep zeros.
+    slopes : (6, cells and ghosts), as `slopes_at` fills them; ghosts keep zeros.
     halves : (3, 2 faces and LANES), what passes each half-face into its cell: volume, m3 s-1, and momentum
     along x and y with the pressure times the cell's own beta, m4 s-2. pressed : (faces,), of the HLL mean of
     h^2/2, m2. gain : (4, cells), sums of the three around each cell, and the volume that leaves it, m3 s-1.
@@ -46,7 +46,7 @@ class CloudBuffers(NamedTuple):
 def cloud_buffers(faces: Faces) -> CloudBuffers:
     """Make the scratch arrays."""
     buffers = CloudBuffers(
-        np.zeros((8, faces.cells + whole_blocks(len(faces.side)) + LANES)),
+        np.zeros((6, faces.cells + whole_blocks(len(faces.side)) + LANES)),
         np.zeros((3, 2 * faces.faces + LANES)),
         np.zeros(faces.faces),
         np.zeros((4, faces.cells)),

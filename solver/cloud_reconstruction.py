@@ -12,13 +12,9 @@ from solver.boundary import DEPTH, Fields, Sides
 from solver.cloud_faces import Faces, whole_blocks
 from solver.compiled import Array, Numbers, kernel
 from solver.moving_least_squares import Approximation
-from solver.reconstruction import AHEAD, ALL, FRONT
+from solver.reconstruction import AHEAD, ALL, FRONT, LEAST
 from solver.riemann import HELD
 
-# What is behind a front has this share of its speed at least.
-FOLLOWS = 0.25
-# Share of the depth toward a neighbour that a cell shows it at least, however far off the face stands.
-LEAST = 0.1
 # Neighbours taken at a time: their sums stay in registers.
 GROUP = 4
 
@@ -48,7 +44,7 @@ def gradient_of(slope: Approximation) -> Gradient:
 
 @kernel(unaliased=True)
 def slopes_at(now: Fields, gradient: Gradient, start: int, stop: int, dry: float, out: Array) -> None:
-    """LMLS derivatives of depth and velocity at a run of cells.
+    """LMLS derivatives of depth and velocity at a run of cells; a dry neighbour has no velocity to differ by.
 
     Parameters
     ----------
@@ -58,9 +54,8 @@ def slopes_at(now: Fields, gradient: Gradient, start: int, stop: int, dry: float
         The cells.
     dry : float
         Depth up to which a cell counts as dry, m.
-    out : (8, cells) array
-        Filled with h_x, h_y, u_x, u_y (s-1), v_x, v_y (s-1), and u_x, v_y by the wet neighbours alone: a dry
-        one has no velocity to make a gradient.
+    out : (6, cells) array
+        Filled with h_x, h_y, u_x, u_y (s-1), v_x, v_y (s-1).
     """
     h, u, v = now
     for group in range(0, len(gradient.neighbours), GROUP):
@@ -69,9 +64,8 @@ def slopes_at(now: Fields, gradient: Gradient, start: int, stop: int, dry: float
             h_i, u_i, v_i = h[i], u[i], v[i]
             # loaded before they are chosen from: a branch would keep the loop from vectorising
             h_x, h_y, u_x, u_y, v_x, v_y = out[0, i], out[1, i], out[2, i], out[3, i], out[4, i], out[5, i]
-            wet_u_x, wet_v_y = out[6, i], out[7, i]
             if group == 0:
-                h_x = h_y = u_x = u_y = v_x = v_y = wet_u_x = wet_v_y = 0.0
+                h_x = h_y = u_x = u_y = v_x = v_y = 0.0
             for m in range(GROUP):
                 m_ = np.uint64(group) + np.uint64(m)
                 j = np.uint64(gradient.neighbours[m_, i])
@@ -80,16 +74,14 @@ def slopes_at(now: Fields, gradient: Gradient, start: int, stop: int, dry: float
                 h_x += a * step
                 h_y += b * step
                 wet = 1.0 if h_j > dry else 0.0
-                step = u[j] - u_i
+                step = wet * (u[j] - u_i)
                 u_x += a * step
                 u_y += b * step
-                wet_u_x += wet * (a * step)
-                step = v[j] - v_i
+                step = wet * (v[j] - v_i)
                 v_x += a * step
                 v_y += b * step
-                wet_v_y += wet * (b * step)
             out[0, i], out[1, i], out[2, i], out[3, i] = h_x, h_y, u_x, u_y
-            out[4, i], out[5, i], out[6, i], out[7, i] = v_x, v_y, wet_u_x, wet_v_y
+            out[4, i], out[5, i] = v_x, v_y
 
 
 @kernel()
@@ -143,6 +135,7 @@ def shown(
     t_off: float,
     part: float,
     sign: float,
+    beta: float,
     dry: float,
 ) -> tuple[float, float, float]:
     """Depth, normal and tangential velocity that a cell shows at the midpoint of a face.
@@ -150,8 +143,7 @@ def shown(
     Along the way to the cell beyond it is the reconstruction on a lattice, with its limiter, its minmod where
     the flow is being stopped and its rule at fronts; what is behind the cell is read off the gradient. The
     rest of the way, to the midpoint, follows the gradient. Depth stays between zero and twice the mean, as
-    it does on a lattice, and above LEAST of it where the cell moves to: a thin one beside a deep one
-    would show nothing anywhere, and fall without going anywhere.
+    it does on a lattice.
 
     Parameters
     ----------
@@ -163,24 +155,29 @@ def shown(
         Part of the way to the cell beyond at which the face stands.
     sign : float
         1 if the normal points to the cell beyond, -1 if it points back.
+    beta : float
+        g cos(xi) K of the cell along the normal (eq. 7), m s-2.
     dry : float
         Depth up to which a cell counts as dry, m.
     """
     h_behind = h_beyond - 2.0 * h_gap
-    ahead, behind = n_beyond, n_beyond - 2.0 * n_gap
-    ahead, behind = ahead if h_beyond > dry else n, behind if h_behind > dry else n
+    ahead, t_ahead = n_beyond if h_beyond > dry else n, t_beyond if h_beyond > dry else t
+    n_behind = ahead - 2.0 * n_gap
+    behind = n_behind if h_behind > dry else n
     slower = min(abs(ahead), abs(behind))
     steepness = 1.0 if slower < sign * (behind - ahead) else 2.0
     toward = h + limited_step(h_gap, h_beyond - h, part, steepness)
-    least = LEAST * toward if sign * n > 0.0 else 0.0
+    least = LEAST * h if sign * n > 0.0 else 0.0
     depth = toward + h_off
     depth = depth if depth > least else least
     depth = depth if depth < 2.0 * h else 2.0 * h
-    # what is behind a front follows it; it is read off a gradient here, so that a part of the speed must do
-    led = (sign * n <= 0.0) | (sign * (n_beyond - 2.0 * n_gap) > FOLLOWS * (sign * n))
+    # a front follows what is behind it, at most as fast as that can send it
+    more = sign * (n - n_behind)
+    more = more if more > 0.0 else 0.0
+    led = (sign * n <= 0.0) | ((sign * n_behind > 0.0) & (more * more <= 4.0 * (beta * h_behind)))
     hidden = (h_beyond <= dry) & (h < FRONT * h_behind) & led
-    n_step = limited_step(n_gap, n_beyond - n, part, steepness) + n_off
-    t_step = limited_step(t_gap, t_beyond - t, part, 2.0) + t_off
+    n_step = limited_step(n_gap, ahead - n, part, steepness) + n_off
+    t_step = limited_step(t_gap, t_ahead - t, part, 2.0) + t_off
     all_there = (depth > ALL * h) & (sign * (n + n_step) > 0.0)
     return (
         0.0 if hidden else depth,
@@ -261,6 +258,7 @@ def sides_shown(
             t_xi * o_x + t_yi * o_y,
             part,
             1.0,
+            b_i,
             dry,
         )
         n_xj, n_yj = n_x * slopes[2, j] + n_y * slopes[4, j], n_x * slopes[3, j] + n_y * slopes[5, j]
@@ -280,6 +278,7 @@ def sides_shown(
             t_xj * o_x + t_yj * o_y,
             1.0 - part,
             -1.0,
+            b_j,
             dry,
         )
         c_low[k_], c_high[k_] = math.sqrt(b_i * h_i), math.sqrt(b_j * h_j)

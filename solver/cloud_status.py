@@ -67,7 +67,7 @@ def set_status(
         normal, wet = bed.normal[i], h > material.dry
         w_x, w_y, around, m_x, m_xy = widths[0, i], widths[1, i], widths[2, i], widths[3, i], widths[4, i]
         tie = -TIE * around * (abs(u) + abs(v) + math.sqrt(normal * h))
-        extends_x, extends_y = (slopes[6, i] >= tie) | (not wet), (slopes[7, i] >= tie) | (not wet)
+        extends_x, extends_y = (slopes[2, i] >= tie) | (not wet), (slopes[5, i] >= tie) | (not wet)
         k_x = x_a if extends_x else x_p
         k_active, k_passive = y_aa if extends_y else y_ap, y_pa if extends_y else y_pp
         b_x, b_y = normal * k_x, normal * (k_active if extends_x else k_passive)

@@ -15,6 +15,8 @@ BEHIND, MIDDLE, AHEAD = -1 / 6, 5 / 6, 1 / 3
 FRONT = 0.45
 # A cell that shows this multiple of its mean depth at a face has next to nothing anywhere else.
 ALL = 1.9
+# Share of its depth that a cell shows at least where it moves to.
+LEAST = 0.1
 
 
 class FaceValues(NamedTuple):
@@ -112,14 +114,18 @@ def face_values(
         more_a, more_b = more_a if more_a > 0.0 else 0.0, more_b if more_b > 0.0 else 0.0
         led_a = (here >= 0.0) | ((n_a < 0.0) & (more_a * more_a <= 4.0 * (beta[a] * h[a])))
         led_b = (here <= 0.0) | ((n_b > 0.0) & (more_b * more_b <= 4.0 * (beta[b] * h[b])))
-        low_depth, high_depth = h[i] - low, h[i] + high
+        low_depth, high_depth, least = h[i] - low, h[i] + high, LEAST * h[i]
+        low_depth = least if (here < 0.0) & (low_depth < least) else low_depth
+        high_depth = least if (here > 0.0) & (high_depth < least) else high_depth
         out.h_low[o] = 0.0 if (h[b] <= dry) & (h[i] < FRONT * h[a]) & led_a else low_depth
         out.h_high[o] = 0.0 if (h[a] <= dry) & (h[i] < FRONT * h[b]) & led_b else high_depth
-        low, high = limited(n[i] - n[b], n[a] - n[i], steepness)
+        low, high = limited(here - behind, ahead - here, steepness)
         low, high = here - low, here + high
         # what is all at the face that it leaves through leaves with the velocity of all
         all_low = (low_depth > ALL * h[i]) & (low < 0.0)
         all_high = (high_depth > ALL * h[i]) & (high > 0.0)
         out.n_low[o], out.n_high[o] = here if all_low else low, here if all_high else high
-        low, high = limited(t[i] - t[b], t[a] - t[i], 2.0)
+        t_i, t_a, t_b = t[i], t[a], t[b]
+        t_a, t_b = t_a if h[a] > dry else t_i, t_b if h[b] > dry else t_i
+        low, high = limited(t_i - t_b, t_a - t_i, 2.0)
         out.t_low[o], out.t_high[o] = t[i] - (0.0 if all_low else low), t[i] + (0.0 if all_high else high)

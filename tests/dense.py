@@ -83,11 +83,11 @@ def step_to_face(back, forth, near, far, steepness):
     return np.where(back * forth > 0, np.sign(back) * np.minimum(wanted, most), 0.0)
 
 
-def reconstruct(q, steepness):
-    """Low and high face values of all columns but the first and last: (-1 5 2)/6 of means, limited."""
-    back, forth = q[:, 1:-1] - q[:, :-2], q[:, 2:] - q[:, 1:-1]
-    low = q[:, 1:-1] - step_to_face(back, forth, 1 / 3, 1 / 6, steepness)
-    return low, q[:, 1:-1] + step_to_face(back, forth, 1 / 6, 1 / 3, steepness)
+def reconstruct(behind, here, ahead, steepness):
+    """Low and high face values of cells: (-1 5 2)/6 of means, limited."""
+    back, forth = here - behind, ahead - here
+    low = here - step_to_face(back, forth, 1 / 3, 1 / 6, steepness)
+    return low, here + step_to_face(back, forth, 1 / 6, 1 / 3, steepness)
 
 
 def of_all(shown, mean, everything):
@@ -102,12 +102,19 @@ def follows(n, behind, wave, sign):
 
 
 def face_values(h, n, t, dry, beta):
-    """Low and high values of h, n, t along the rows."""
-    behind, ahead = (np.where(h[:, k] > dry, n[:, k], n[:, 1:-1]) for k in (np.s_[:-2], np.s_[2:]))
+    """Low and high values of h, n, t along the rows; a dry neighbour has no velocity to differ by."""
+    one, own, other = np.s_[:, :-2], np.s_[:, 1:-1], np.s_[:, 2:]
+    (behind, here, ahead), *across = (
+        [np.where(h[one] > dry, q[one], q[own]), q[own], np.where(h[other] > dry, q[other], q[own])]
+        for q in (n, t)
+    )
     stopped = behind - ahead > np.minimum(np.abs(behind), np.abs(ahead))
     steepness = np.where(stopped, 1.0, 2.0)
-    low, high = reconstruct(h, steepness)
-    normal, tangential = reconstruct(n, steepness), reconstruct(t, 2.0)
+    low, high = reconstruct(h[one], h[own], h[other], steepness)
+    low, high = (
+        np.where(sign * here > 0, np.maximum(q, 0.1 * h[own]), q) for q, sign in ((low, -1), (high, 1))
+    )
+    normal, tangential = reconstruct(behind, here, ahead, steepness), reconstruct(*across[0], 2.0)
     everything = [
         (depth > 1.9 * h[:, 1:-1]) & (sign * shown > 0)
         for depth, shown, sign in ((low, normal[0], -1), (high, normal[1], 1))
@@ -115,7 +122,7 @@ def face_values(h, n, t, dry, beta):
     normal = [of_all(q, n[:, 1:-1], all_) for q, all_ in zip(normal, everything, strict=True)]
     tangential = [of_all(q, t[:, 1:-1], all_) for q, all_ in zip(tangential, everything, strict=True)]
     # a front shows a dry cell no depth before it holds 0.45 of what lies behind
-    here, wave = n[:, 1:-1], np.broadcast_to(beta, h.shape) * h
+    wave = np.broadcast_to(beta, h.shape) * h
     led = [follows(here, n[:, k], wave[:, k], sign) for k, sign in ((np.s_[2:], -1), (np.s_[:-2], 1))]
     low = np.where((h[:, :-2] <= dry) & (h[:, 1:-1] < 0.45 * h[:, 2:]) & led[0], 0.0, low)
     high = np.where((h[:, 2:] <= dry) & (h[:, 1:-1] < 0.45 * h[:, :-2]) & led[1], 0.0, high)

@@ -6,7 +6,7 @@ Faces are the inner ones, then the boundary ones, whose right cell is a ghost of
 from dataclasses import dataclass, field
 
 import numpy as np
-from dense import HOLDS, SPARE, State, brake, hll, leaving_at_depth, loaded, of_all
+from dense import HOLDS, SPARE, State, brake, follows, hll, leaving_at_depth, loaded, of_all
 
 from solver.moving_least_squares import approximation
 from solver.rheology import Voellmy
@@ -149,9 +149,9 @@ class CloudRun:
         difference = (q[self.neighbours] - q[:, None]) * counts
         return np.stack([(w * difference).sum(axis=1) for w in self.weights], axis=1)
 
-    def slopes_of_velocity(self, q, counts=True):
-        """The same; none beside a side of given depth."""
-        found = self.slopes(q, counts)
+    def slopes_of_velocity(self, q, h):
+        """The same by wet neighbours; none beside a side of given depth."""
+        found = self.slopes(q, h[self.neighbours] > self.dry)
         fed = [not isinstance(kind, str) for kind in self.kinds]
         found[self.cells.side_cell[fed]] = 0
         return found
@@ -163,9 +163,8 @@ class CloudRun:
         x_a, x_p, y_aa, y_ap, y_pa, y_pp = self.coefficients
         w_x, w_y, w, m_x, m_xy = self.widths
         tie = -1e-10 * w * (np.abs(u) + np.abs(v) + np.sqrt(self.normal * h))
-        seen = wet[self.neighbours]
-        extends_x = ~wet | (self.slopes_of_velocity(u, seen)[:, 0] >= tie)
-        extends_y = ~wet | (self.slopes_of_velocity(v, seen)[:, 1] >= tie)
+        extends_x = ~wet | (self.slopes_of_velocity(u, h)[:, 0] >= tie)
+        extends_y = ~wet | (self.slopes_of_velocity(v, h)[:, 1] >= tie)
         b_x = self.normal * np.where(extends_x, x_a, x_p)
         k_y = np.select([extends_x & extends_y, extends_x, extends_y], [y_aa, y_ap, y_pa], y_pp)
         b_y = self.normal * k_y
@@ -215,9 +214,10 @@ class CloudRun:
         here, beyond = (self.left, self.right) if side == 0 else (self.right, self.left)
         sign, part, off = 1 - 2 * side, self.part[side], self.rest_of_way[side]
         way, n = sign * self.way, self.face_normal
+        h, u, v = (q[: self.n] for q in state)
+        found = self.slopes(h), self.slopes_of_velocity(u, h), self.slopes_of_velocity(v, h)
         none = np.zeros((len(state.h) - self.n, 2))
-        kinds = self.slopes, self.slopes_of_velocity, self.slopes_of_velocity
-        slopes = [np.concatenate([f(q[: self.n]), none])[here] for f, q in zip(kinds, state, strict=True)]
+        slopes = [np.concatenate([q, none])[here] for q in found]
         gaps, offs = ([(g * d).sum(axis=1) for g in slopes] for d in (way, off))
 
         def turned(u, v):
@@ -228,16 +228,18 @@ class CloudRun:
         h_0, h_1 = state.h[here], state.h[beyond]
         (n_0, t_0), (n_1, t_1) = (turned(state.u[k], state.v[k]) for k in (here, beyond))
         h_behind = h_1 - 2 * h_gap
-        ahead = np.where(h_1 > self.dry, n_1, n_0)
-        behind = np.where(h_behind > self.dry, n_1 - 2 * n_gap, n_0)
+        ahead, t_ahead = np.where(h_1 > self.dry, (n_1, t_1), (n_0, t_0))
+        n_behind = ahead - 2 * n_gap
+        beta = sum(b[here] * q**2 for b, q in zip(self.beta, n.T, strict=True))
+        behind = np.where(h_behind > self.dry, n_behind, n_0)
         stopped = np.minimum(np.abs(ahead), np.abs(behind)) < sign * (behind - ahead)
         steepness = np.where(stopped, 1.0, 2.0)
         base = h_0 + toward(h_gap, h_1 - h_0, part, steepness)
-        depth = np.minimum(np.maximum(base + h_off, np.where(sign * n_0 > 0, 0.1 * base, 0)), 2 * h_0)
-        normal = n_0 + toward(n_gap, n_1 - n_0, part, steepness) + n_off
-        tangential = t_0 + toward(t_gap, t_1 - t_0, part, 2.0) + t_off
+        depth = np.minimum(np.maximum(base + h_off, np.where(sign * n_0 > 0, 0.1 * h_0, 0)), 2 * h_0)
+        normal = n_0 + toward(n_gap, ahead - n_0, part, steepness) + n_off
+        tangential = t_0 + toward(t_gap, t_ahead - t_0, part, 2.0) + t_off
         everything = (depth > 1.9 * h_0) & (sign * normal > 0)
-        led = (sign * n_0 <= 0) | (sign * (n_1 - 2 * n_gap) > 0.25 * sign * n_0)
+        led = follows(n_0, n_behind, beta * h_behind, sign)
         depth[(h_1 <= self.dry) & (h_0 < 0.45 * h_behind) & led] = 0
         return (
             depth,

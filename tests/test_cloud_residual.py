@@ -207,12 +207,17 @@ def box(cloud=None, **changes):
 
 
 def test_what_leans_on_a_wall_across_a_slope_steeper_than_friction_comes_to_rest():
-    heap = box()
-    run = simulate(heap, [40.0])
-    assert run.failure is None
-    assert 1 < run.rest_time < 40
-    assert run.depth.max() > 0.2
-    assert abs(run.ledger.error) < 1e-13
+    """When the last cell does hangs on the cloud: half of them take ten seconds, and one in ten a minute."""
+    rest = []
+    for seed in range(8):
+        run = simulate(box(random_points((0, 10), (0, 8), 600, seed)), [80.0])
+        assert run.failure is None
+        assert run.depth.max() > 0.2
+        assert abs(run.ledger.error) < 1e-13
+        rest.append(run.rest_time)
+    assert np.min(rest) > 1
+    assert np.median(rest) < 12
+    assert np.max(rest) < 80
 
 
 def test_results_have_the_shape_of_the_cloud_and_maxima_those_of_all_frames():

@@ -114,3 +114,23 @@ def test_a_front_shows_a_dry_cell_no_depth_before_it_is_deep_enough(front, shown
         from_dry = low[0, 1] if h[0, 0] == 1 else high[0, 1]
         assert (toward_dry > 0) == shown
         assert from_dry > front
+
+
+@pytest.mark.parametrize("dry", [0.0, DRY / 2])
+def test_a_dry_neighbour_has_no_velocity_to_differ_by(dry):
+    n = np.array([[3.0, 2.0, 0.0]] * 3)
+    _, _, *shown = reconstruct(np.array([[1.0, 0.9, dry]] * 3), n, 2 * n)[:6]
+    np.testing.assert_array_equal([q[0, 0] for q in shown], [2.0, 2.0, 4.0, 4.0])
+    # the same cells with a thin one ahead
+    _, _, *shown = reconstruct(np.array([[1.0, 0.9, 2 * DRY]] * 3), n, 2 * n)[:6]
+    assert shown[1][0, 0] < 2.0 < shown[0][0, 0]
+    assert shown[3][0, 0] < 4.0 < shown[2][0, 0]
+
+
+@pytest.mark.parametrize(("speed", "least"), [(1.0, 0.1), (0.0, 0.0)])
+def test_a_cell_shows_a_share_of_its_depth_where_it_moves_to(speed, least):
+    h = np.array([[10.0, 0.5, 0.0]] * 3)
+    n = np.array([[0.0, speed, 0.0]] * 3)
+    low, high, *_ = reconstruct(h, n, n)
+    assert high[0, 0] == pytest.approx(0.5 * least, abs=1e-15)
+    assert low[0, 0] > 0.5
