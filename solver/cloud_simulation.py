@@ -107,7 +107,9 @@ class CloudRun(Run):
     @property
     def carried(self) -> dict[str, NDArray[Any]]:
         """The arrays themselves, by name, that a step takes over from the one before."""
-        return by_name(now=self.now, status=self.status, record=self.record, progress=self.progress)
+        return by_name(
+            now=self.now, status=self.status, record=self.record, progress=self.progress, lull=self.lull
+        )
 
     def restore(self, carried: Carried) -> None:
         """Set a run made from the same scene to where these arrays were taken."""

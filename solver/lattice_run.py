@@ -192,7 +192,12 @@ class LatticeRun(Run):
     def carried(self) -> dict[str, NDArray[Any]]:
         """The arrays themselves, by name, that a step takes over from the one before."""
         groups = by_name(
-            now=self.now, status=self.status, spans=self.spans, record=self.record, progress=self.progress
+            now=self.now,
+            status=self.status,
+            spans=self.spans,
+            record=self.record,
+            progress=self.progress,
+            lull=self.lull,
         )
         return groups | {"window": np.array(self.window)}
 

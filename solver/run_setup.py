@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,13 +14,27 @@ from solver.boundary import DEPTH, NO_SLIP, OPEN, WALL, Fields, Sides
 from solver.compiled import Array
 from solver.rheology import Voellmy
 from solver.scene import Scene
-from solver.time_stepping import Progress, Record
+from solver.time_stepping import AT_REST, OUT_OF_STEPS, Progress, Record
 
 Carried = Mapping[str, NDArray[Any]]
 # A step is collapsed that is this much shorter than the run, or than ten times a free fall along the domain:
 # a run may be given any end, and stop at rest.
 SHORTEST_STEP, FALLS = 1e-7, 10
+# What so many steps do not change, relative to what there is, does not move.
+LULL_STEPS, LULL = 1000, 1e-12
 KINDS = {"open": OPEN, "wall": WALL, "no-slip": NO_SLIP}
+
+
+class Lull(NamedTuple):
+    """What a run was like when it was last looked at.
+
+    steps : (1,), its time steps. moments : (3,), integrals over the domain of ``h^2`` and of h times the
+    distance from the first corner along x and y, m4. ledger : (4, 2), of `Run.ledger`, m3.
+    """
+
+    steps: NDArray[np.int64]
+    moments: Array
+    ledger: Array
 
 
 class Run(ABC):
@@ -55,6 +69,7 @@ class Run(ABC):
             np.zeros((4, 2)),
             np.full(indices, -1, np.int64),
         )
+        self.lull = Lull(np.zeros(1, np.int64), np.full(3, np.nan), np.zeros((4, 2)))
 
     def advance(self, target: float, max_steps: int | None) -> int:
         """Step to ``target``, s; say why it stopped, by the constants of `solver.time_stepping`.
@@ -62,7 +77,28 @@ class Run(ABC):
         A run that has taken ``max_steps`` stops before it touches anything, and can be advanced further as
         if it had not stopped.
         """
-        return self._advance(target, np.iinfo(np.int64).max if max_steps is None else max_steps)
+        most, steps = np.iinfo(np.int64).max if max_steps is None else max_steps, self.progress.steps
+        while True:
+            # what velocities there are may be balanced at walls and move nothing, for ever
+            if steps[0] % LULL_STEPS == 0 and steps[0] > self.lull.steps[0] and self._lulled():
+                return AT_REST
+            outcome = self._advance(target, min(most, (int(steps[0]) // LULL_STEPS + 1) * LULL_STEPS))
+            if outcome != OUT_OF_STEPS or steps[0] >= most:
+                return outcome
+
+    def _lulled(self) -> bool:
+        """Whether nothing has changed since the run was last looked at; otherwise remember how it is."""
+        points = self.scene.points
+        h, area = self.state[0], points.cell_area
+        (x, y), ((x_min, _), (y_min, _)) = points.coordinates, points.extent
+        moments = np.array([float((area * h * q).sum()) for q in (h, x - x_min, y - y_min)])
+        small = LULL * (self.volume + self.ledger.sum())
+        same = bool((np.abs(moments - self.lull.moments) <= LULL * moments).all())
+        same &= bool((np.abs(self.ledger - self.lull.ledger) <= small).all())
+        if not same:
+            self.lull.steps[0] = self.progress.steps[0]
+            self.lull.moments[:], self.lull.ledger[:] = moments, self.ledger
+        return same
 
     @abstractmethod
     def _advance(self, target: float, max_steps: int) -> int: ...

@@ -162,6 +162,41 @@ def test_a_run_may_be_given_any_end(points):
     assert begin(case, 1e9, 0.0, skip=True).advance(1e9, 20) == OUT_OF_STEPS
 
 
+class Frozen(LatticeRun):
+    """A run whose steps change nothing but, if it leaks, the ledger."""
+
+    leaks = 0.0
+
+    def _advance(self, target, max_steps):
+        self.progress.ledger[0, 1] += self.leaks * (max_steps - self.progress.steps[0])
+        self.progress.steps[0] = max_steps
+        return OUT_OF_STEPS
+
+
+def test_a_run_that_a_thousand_steps_have_not_changed_is_at_rest():
+    run = Frozen(scene(speed=(1, 0)), 1e9, 0.0)
+    assert run.advance(1e9, 1500) == OUT_OF_STEPS
+    # as if it had not stopped there, or at the step at which it is looked at, or been begun anew
+    assert run.advance(1e9, 2000) == OUT_OF_STEPS
+    again = Frozen(scene(speed=(1, 0)), 1e9, 0.0)
+    again.restore({name: array.copy() for name, array in run.carried.items()})
+    for each in (run, again, Frozen(scene(speed=(1, 0)), 1e9, 0.0)):
+        assert [each.advance(1e9, None), each.advance(1e9, None)] == [AT_REST, AT_REST]
+        assert each.progress.steps[0] == 2000
+
+
+@pytest.mark.parametrize("change", ["a depth", "the ledger"])
+def test_a_run_that_has_changed_is_not(change):
+    run = Frozen(scene(speed=(1, 0)), 1e9, 0.0)
+    assert run.advance(1e9, 1500) == OUT_OF_STEPS
+    if change == "a depth":
+        run.now.h[np.argmax(run.now.h)] *= 1 + 1e-8
+    else:
+        run.leaks = 1e-12
+    assert run.advance(1e9, 2500) == OUT_OF_STEPS
+    assert run.advance(1e9, 3500) == (AT_REST if change == "a depth" else OUT_OF_STEPS)
+
+
 def test_a_value_that_is_not_finite_is_found_with_its_place():
     case = rough(1)
     for bad in (np.nan, np.inf):
