@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 
 from solver.kernel_profile import kernel_costs
 
@@ -19,22 +19,15 @@ COLUMNS = (
 )
 
 
-def kernel_table() -> Iterator[str]:
-    """Time the loops of a stage on a lattice and table them, in Markdown."""
+def rows() -> Iterator[list[str]]:
+    """Time the loops of a stage on a lattice, and give the cells of a line for each and one for all."""
     costs, division, root = kernel_costs()
-    yield from ("", f"## {TITLE}", "", _line(COLUMNS), _line(["---"] * len(COLUMNS)))
     whole = alone = instructions = 0.0
     for cost in costs:
         taken, least = (cost.passes * q for q in (cost.time, cost.divisions * division + cost.roots * root))
         whole, alone = whole + taken, alone + least
         instructions += cost.passes * cost.instructions
         counts = (str(n) for n in (cost.instructions, cost.divisions, cost.roots))
-        yield _line(
-            [cost.name, f"{cost.passes:.2g}", f"{cost.time:.2f}", *counts, f"{taken:.2f}", f"{least:.2f}"]
-        )
+        yield [cost.name, f"{cost.passes:.2g}", f"{cost.time:.2f}", *counts, f"{taken:.2f}", f"{least:.2f}"]
     rate, all_ = f"all: {1e3 / whole:.0f} million a s", f"{instructions:.0f}"
-    yield _line([rate, "", "", all_, "", "", f"{whole:.2f}", f"{alone:.2f}"])
-
-
-def _line(cells: Iterable[str]) -> str:
-    return f"| {' | '.join(cells)} |"
+    yield [rate, "", "", all_, "", "", f"{whole:.2f}", f"{alone:.2f}"]

@@ -97,9 +97,11 @@ def shrunk(row: Row) -> Drawn:
     work = row.watched.work
 
     def fails(candidate: Drawn) -> bool:
+        if not can_be_run(candidate):
+            return False
         ready = prepared(candidate)
         found = watch(ready.scene, float(ready.times[-1]), work, stop_at_first=True)
-        return law in found.violations and can_be_run(candidate)
+        return law in found.violations
 
     smallest = shrink(row.drawn, fails)
     ready = prepared(smallest)

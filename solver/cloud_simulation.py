@@ -106,10 +106,8 @@ class CloudRun(Run):
 
     @property
     def carried(self) -> dict[str, NDArray[Any]]:
-        """The arrays themselves, by name, that a step takes over from the one before."""
-        return by_name(
-            now=self.now, status=self.status, record=self.record, progress=self.progress, lull=self.lull
-        )
+        """The same, and the status of the cells."""
+        return super().carried | by_name(status=self.status)
 
     def restore(self, carried: Carried) -> None:
         """Set a run made from the same scene to where these arrays were taken."""

@@ -182,10 +182,8 @@ class CollocationRun(Run):
 
     @property
     def carried(self) -> dict[str, NDArray[Any]]:
-        """The arrays themselves, by name, that a step takes over from the one before."""
-        return by_name(
-            now=self.now, scratch=self.scratch, record=self.record, progress=self.progress, lull=self.lull
-        )
+        """The same, and the scratch arrays."""
+        return super().carried | by_name(scratch=self.scratch)
 
     @property
     def state(self) -> tuple[Array, Array, Array]:

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from solver.activity import Status, classify_run
-from solver.boundary import GHOSTS, LANES, Fields
+from solver.boundary import GHOSTS, Fields
 from solver.cell_update import update_row
 from solver.compiled import Array, kernel
 from solver.lattice import Lattice
@@ -21,11 +21,11 @@ from solver.rheology import Coulomb, MohrCoulomb
 from solver.riemann import hll
 from solver.scene import Scene
 from solver.terrain import Plane
+from solver.time_stepping import SSP_RK3
 from solver.weighted_residual import afford
 
 # Cells of the row, as long as those of fine runs; and passes over it that are timed at once, and how often.
 CELLS, PASSES, REPEATS = 1024, 2000, 7
-STAGES = 3
 DRY, DT = 1e-9, 1e-6
 
 
@@ -84,7 +84,7 @@ def kernel_costs() -> tuple[list[Cost], float, float]:
     now = Fields(1.0 + 0.1 * wave, 1.0 + 0.2 * wave, 0.3 * wave)
     out = Fields(*(a.copy() for a in now))
     status = Status(*(np.full(shape, q) for q in (9.0, 9.0, 0.0)))
-    g, count = GHOSTS, CELLS // LANES * LANES
+    g, count = GHOSTS, CELLS
     cell, flux, grid = g * run.grid.stride + g, run.buffers.x_fluxes, run.grid
     along, bed, material = run.buffers.along, run.bed, run.material
     # every kernel with whether it is told that its arrays do not overlap, and what it is given
@@ -106,7 +106,7 @@ def kernel_costs() -> tuple[list[Cost], float, float]:
         (
             classify_run,
             True,
-            1 / STAGES,
+            1 / len(SSP_RK3),
             (now, status, bed, material, grid, run.spans.rate, cell, g, count),
         ),
     ]

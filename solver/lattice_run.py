@@ -190,16 +190,9 @@ class LatticeRun(Run):
 
     @property
     def carried(self) -> dict[str, NDArray[Any]]:
-        """The arrays themselves, by name, that a step takes over from the one before."""
-        groups = by_name(
-            now=self.now,
-            status=self.status,
-            spans=self.spans,
-            record=self.record,
-            progress=self.progress,
-            lull=self.lull,
-        )
-        return groups | {"window": np.array(self.window)}
+        """The same, and which part of the lattice they are of."""
+        own = by_name(status=self.status, spans=self.spans)
+        return super().carried | own | {"window": np.array(self.window)}
 
     def restore(self, carried: Carried) -> None:
         """Set a run made from the same scene to where these arrays were taken."""

@@ -74,7 +74,9 @@ def face_values(
     the ringing into a wrong shock speed. A dry neighbour has no velocity to compress with.
 
     A velocity is the mean over the mass of a cell. Of one that shows twice its mean depth at a face, all is
-    there, and leaves with this mean: if it left slower, the rest, ever thinner, would be ever faster.
+    there, and leaves with this mean: if it left slower, the rest, ever thinner, would be ever faster. A dry
+    neighbour has no velocity to differ by: toward it a cell shows its mean. Where it moves to it shows LEAST
+    of its depth at least: below a steep heap at rest it would show none, and fall without going anywhere.
 
     A cell beside a dry one shows it no depth before it holds the share FRONT of what lies behind: a front
     would run ahead as a film otherwise, and most of the error of a flow is in the few cells along its front.

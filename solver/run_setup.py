@@ -55,6 +55,7 @@ class Run(ABC):
     """
 
     now: Fields
+    record: Record
 
     def __init__(self, scene: Scene, depth: Array, end: float, arrival_depth: float, indices: int) -> None:
         self.scene, self.end, self.arrival_depth = scene, end, arrival_depth
@@ -89,9 +90,10 @@ class Run(ABC):
     def _lulled(self) -> bool:
         """Whether nothing has changed since the run was last looked at; otherwise remember how it is."""
         points = self.scene.points
-        h, area = self.state[0], points.cell_area
+        h = self.state[0]
+        volumes = points.cell_area * h
         (x, y), ((x_min, _), (y_min, _)) = points.coordinates, points.extent
-        moments = np.array([float((area * h * q).sum()) for q in (h, x - x_min, y - y_min)])
+        moments = np.array([float((volumes * q).sum()) for q in (h, x - x_min, y - y_min)])
         small = LULL * (self.volume + self.ledger.sum())
         same = bool((np.abs(moments - self.lull.moments) <= LULL * moments).all())
         same &= bool((np.abs(self.ledger - self.lull.ledger) <= small).all())
@@ -118,9 +120,9 @@ class Run(ABC):
         return self.progress.ledger
 
     @property
-    @abstractmethod
     def carried(self) -> dict[str, NDArray[Any]]:
         """The arrays themselves, by name, that a step takes over from the one before."""
+        return by_name(now=self.now, record=self.record, progress=self.progress, lull=self.lull)
 
     def restore(self, carried: Carried) -> None:
         """Set a run made from the same scene to where these arrays were taken.
