@@ -80,12 +80,12 @@ def perform(job: Job, solve: Solve = simulate) -> list[Outcome]:
     runs = [run for run in job.runs if run.index not in finished]
     shared = shared_points.load(job.shared)
     rows: dict[int, dict[str, Any]] = {}
-    outcomes = [Outcome(job.path, run, status) for run, status in finished.items()]
+    outcomes = [
+        _outcome(job, run, status, store.row(job.path, job.variables, run)) for run, status in finished.items()
+    ]
     for run in runs:
         status, rows[run.index] = _copied(job, run) or _compute(job, run, shared, solve)
-        row = rows[run.index]
-        elapsed = row.get("wall_time", float("nan"))
-        outcomes.append(Outcome(job.path, run.index, status, _reason(status, row), elapsed))
+        outcomes.append(_outcome(job, run.index, status, rows[run.index]))
     if rows:
         store.write(job.path, job.variables, rows, {o.run: o.status for o in outcomes if o.run in rows})
         if job.checkpoints is not None:
@@ -103,6 +103,11 @@ def _copied(job: Job, run: Run) -> tuple[Status, dict[str, Any]] | None:
     if status not in COMPUTED:
         return None
     return status, store.row(path, job.variables, index) | dict.fromkeys(TIMINGS, 0.0)
+
+
+def _outcome(job: Job, run: int, status: Status, row: Mapping[str, Any]) -> Outcome:
+    """Tell what became of a run by its values."""
+    return Outcome(job.path, run, status, _reason(status, row), float(row.get("wall_time", np.nan)))
 
 
 def _reason(status: Status, row: Mapping[str, Any]) -> str:

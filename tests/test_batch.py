@@ -78,10 +78,11 @@ class TestABatch:
         assert store.statuses(out / "box.zarr").tolist() == [1, 2, 1, 1]
 
     def test_a_result_lost_with_its_worker_is_no_trouble(self, scenario_file, out, log, cluster, monkeypatch):
-        path, report = out / "box.zarr", Progress.report
+        path, report, elapsed = out / "box.zarr", Progress.report, []
 
         def slow_to_fetch(self, outcome):
             report(self, outcome)
+            elapsed.append(outcome.elapsed)
             if self.ended == 1:
                 until(lambda: counts(path)[Status.DONE] == 2)
                 for pid in cluster.run(os.getpid).values():
@@ -93,6 +94,7 @@ class TestABatch:
         assert outcome.ending.trouble == ""
         assert outcome.statuses == {Status.DONE: 3}
         assert computed(log) - Counter([22]) == {20: 1, 21: 1}
+        assert np.isfinite(elapsed).all()
 
     def test_resumes_what_is_pending_from_the_status_alone(self, scenario_file, out, log):
         file = scenario_file(20, 21, 22)
