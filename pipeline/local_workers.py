@@ -19,6 +19,8 @@ from distributed.core import Status
 from tornado.ioloop import PeriodicCallback
 
 RENEWAL_SECONDS = 0.5
+# how often the cluster and its scheduler, in the same process, tell each other what they know
+SYNC_SECONDS = 30
 
 # allowed-failures counts deaths of a worker, retries would count exceptions; saturation 1 gives a worker no
 # task beside the one it runs, which could be taken for the cause of its death. A cluster closes a worker it
@@ -35,9 +37,12 @@ SETTINGS = {
     "distributed.nanny.pre-spawn-environ.NUMBA_NUM_THREADS": 1,
     # looking at itself ten to a hundred times a second takes a tenth of the time of short runs
     "distributed.worker.profile.enabled": False,
-    "distributed.worker.memory.monitor-interval": "500ms",
-    "distributed.admin.tick.interval": "1s",
+    "distributed.worker.memory.monitor-interval": "2s",
+    "distributed.admin.tick.interval": "5s",
+    "distributed.admin.tick.cycle": "5s",
     "distributed.admin.system-monitor.interval": "5s",
+    # no result is kept, so that none has copies
+    "distributed.scheduler.active-memory-manager.start": False,
     # the last messages are kept, and with them the jobs that they carry
     "distributed.admin.low-level-log-length": 10,
     # a worker has no task beside the one it runs
@@ -103,7 +108,8 @@ def _renew(cluster: LocalCluster, count: int) -> None:
     for name, nanny in list(cluster.workers.items()):
         if nanny.status in (Status.failed, Status.closed):
             del cluster.workers[name]
-    cluster.scale(count)
+    if len(cluster.workers) < count:
+        cluster.scale(count)
 
 
 def _cluster(count: int) -> LocalCluster:
@@ -120,6 +126,7 @@ def _cluster(count: int) -> LocalCluster:
             n_workers=count,
             threads_per_worker=1,
             dashboard_address="127.0.0.1:0",
+            scheduler_sync_interval=SYNC_SECONDS,
             silence_logs=logging.CRITICAL,
         )
     except RuntimeError as error:

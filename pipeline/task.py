@@ -13,7 +13,7 @@ import numpy as np
 
 from pipeline import shared_points, store
 from pipeline.checkpoints import Checkpoints
-from pipeline.limits import UNLIMITED, Limits, keep_freed_memory
+from pipeline.limits import UNLIMITED, Limits, freeze_loaded, keep_freed_memory
 from pipeline.runs import Prepared, Run, build_scene
 from pipeline.shared_points import SharedPoints
 from pipeline.summary import overrun, summarise
@@ -57,7 +57,11 @@ class Outcome:
     elapsed: float = float("nan")
 
 
-def perform(job: Job, solve: Solve = simulate) -> list[Outcome]:
+class Outcomes(tuple[Outcome, ...]):
+    """What became of the runs of a job; Dask would send each item of a plain tuple or list by itself."""
+
+
+def perform(job: Job, solve: Solve = simulate) -> Outcomes:
     """Compute a job's runs and write them; what an earlier attempt finished is left alone.
 
     Parameters
@@ -91,7 +95,9 @@ def perform(job: Job, solve: Solve = simulate) -> list[Outcome]:
         if job.checkpoints is not None:
             for index in rows:
                 job.checkpoints.of(index).remove()
-    return outcomes
+    # with the first job the kernels were loaded
+    freeze_loaded()
+    return Outcomes(outcomes)
 
 
 def _copied(job: Job, run: Run) -> tuple[Status, dict[str, Any]] | None:

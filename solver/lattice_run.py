@@ -59,6 +59,13 @@ class LatticeRun(Run):
         initial = state_of(scene)
         super().__init__(scene, initial[0], end, arrival_depth, indices=2)
         self.lattice = lattice
+        x = lattice.x_points
+        y = np.full_like(x, lattice.y_points.mean())
+        self.columns = Bed(
+            *gravity_along_and_normal(scene, x, y),
+            scene.terrain.curvature(x, y),
+            falling_rate(scene, x, y, 1.0 / lattice.dx),
+        )
         dry = self.material.dry
         # what comes in through a side may come anywhere along it
         driven = (self.sides.kind == DEPTH) & (self.sides.depth > dry)
@@ -89,13 +96,8 @@ class LatticeRun(Run):
             np.where(self.inner, 0.0, self.sides.depth),
             np.where(self.inner, 0.0, self.sides.lean),
         )
-        x = np.pad(lattice.x_points[window.west : window.east], GHOSTS, mode="edge")
-        y = np.full_like(x, lattice.y_points.mean())
-        self.bed = Bed(
-            *gravity_along_and_normal(self.scene, x, y),
-            self.scene.terrain.curvature(x, y),
-            falling_rate(self.scene, x, y, 1.0 / lattice.dx),
-        )
+        columns = np.arange(window.west - GHOSTS, window.east + GHOSTS).clip(window.west, window.east - 1)
+        self.bed = Bed(*(values[columns] for values in self.columns))
         self.grid = Grid(ny + 2 * GHOSTS, nx + 2 * GHOSTS, lattice.dx, lattice.dy)
         size, stride = self.grid.rows * self.grid.stride, self.grid.stride
         self.now, *self.stages = (Fields(*(roomy(size) for _ in range(3))) for _ in range(3))

@@ -78,14 +78,13 @@ class Part:
     def expanded(self, values: Array, window: Window, outside: float, image: float = 1.0) -> Array:
         """Give values of a window to the lattice, shape (ny, nx), and times ``image`` to a mirror image."""
         whole = np.full(self.shape, outside)
-        whole[window.cut] = values.reshape(window.shape)
+        # zeros without a sign, so that the same result has the same bytes
+        whole[window.cut] = values.reshape(window.shape) + 0.0
         if self.kind == "half":
-            half = len(whole) // 2
-            whole[:half] = image * whole[-half:][::-1]
+            half, columns = len(whole) // 2, slice(window.west, window.east)
+            whole[:half, columns] = image * whole[-half:, columns][::-1] + 0.0
         if self.kind == "row":
             whole[:] = whole[0]
-        # zeros without a sign, so that the same result has the same bytes
-        whole += 0.0
         return whole
 
 
