@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import ast
 import hashlib
+import os
 import platform
 from collections.abc import Mapping
+from contextlib import suppress
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
@@ -65,10 +67,20 @@ def _solver_hash() -> str:
     count: better words are no reason to compute for days again.
     """
     here = Path(__file__).parent
-    sources = [*sorted((here.parent / "solver").glob("*.py")), *(here / f"{name}.py" for name in DECISIVE)]
+    paths = [*sorted((here.parent / "solver").glob("*.py")), *(here / f"{name}.py" for name in DECISIVE)]
+    sources = {f"{path.parent.name}.{path.stem}": path.read_text(encoding="utf-8") for path in paths}
+    # to go through all code takes half a second, and it rarely changes
+    decides = platform.python_version(), Path(__file__).read_text(encoding="utf-8"), sources
+    kept = here / "__pycache__" / f"solver-{hashlib.sha256(repr(decides).encode()).hexdigest()}"
+    with suppress(OSError):
+        return kept.read_text(encoding="ascii")
     digest = hashlib.sha256()
-    for path in sources:
-        digest.update(f"{path.parent.name}.{path.stem}\n{code(path.read_text(encoding='utf-8'))}\n".encode())
+    for name, source in sources.items():
+        digest.update(f"{name}\n{code(source)}\n".encode())
+    with suppress(OSError):
+        partial = kept.with_suffix(f".{os.getpid()}")
+        partial.write_text(digest.hexdigest(), encoding="ascii")
+        partial.replace(kept)
     return digest.hexdigest()
 
 

@@ -85,7 +85,8 @@ def perform(job: Job, solve: Solve = simulate) -> Outcomes:
     shared = shared_points.load(job.shared)
     rows: dict[int, dict[str, Any]] = {}
     outcomes = [
-        _outcome(job, run, status, store.row(job.path, job.variables, run)) for run, status in finished.items()
+        _outcome(job, run, status, store.row(job.path, job.variables, run))
+        for run, status in finished.items()
     ]
     for run in runs:
         status, rows[run.index] = _copied(job, run) or _compute(job, run, shared, solve)

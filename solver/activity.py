@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from solver.boundary import AXIS, DEPTH, GHOSTS, Fields, Grid, Sides
-from solver.compiled import Array, kernel
+from solver.compiled import ONE, Array, kernel
 from solver.ghosts import fill_ghosts
 from solver.riemann import DRY, HELD
 from solver.spans import Spans
@@ -120,7 +120,8 @@ def classify(
         Largest ``(|u| + c_x)/dx + (|v| + c_y)/dy`` of a wet cell, or what gravity needs there, s-1.
     """
     m, still = grid.stride, status.still
-    fill_ghosts(now, status.beta_x, status.beta_y, sides, grid, spans.wet, GHOSTS, grid.rows - GHOSTS - 1)
+    south, north = GHOSTS * ONE, grid.rows - GHOSTS - 1
+    fill_ghosts(now, status.beta_x, status.beta_y, sides, grid, spans.wet, south, north)
     spans.rate[:] = 0.0
     for j in range(GHOSTS, grid.rows - GHOSTS):
         lo, hi = spans.wet[0, j], spans.wet[1, j]
@@ -129,9 +130,9 @@ def classify(
             continue
         classify_run(now, status, bed, material, grid, spans.rate, j * m + lo, lo, hi - lo)
         if lo == GHOSTS:
-            copy_status(status, j * m + lo - 1, j * m + lo, 1)
+            copy_status(status, j * m + lo - 1, j * m + lo, ONE)
         if hi == m - GHOSTS:
-            copy_status(status, j * m + hi, j * m + hi - 1, 1)
+            copy_status(status, j * m + hi, j * m + hi - 1, ONE)
         if j == GHOSTS + (1 if sides.kind[2] == AXIS else 0):
             copy_status(status, (GHOSTS - 1) * m + lo, j * m + lo, hi - lo)
         if j == grid.rows - GHOSTS - 1:
@@ -178,7 +179,7 @@ def driven_rate(h: Array, status: Status, bed: Bed, material: Material, sides: S
             column = n if not along_x else (GHOSTS if k == 0 else m - GHOSTS - 1)
             step = (1 if k % 2 == 1 else -1) * (1 if along_x else m)
             cell, ghost = row * m + column, row * m + column + step
-            copy_status(status, ghost, cell, 1)
+            copy_status(status, ghost, cell, ONE)
             beta = status.beta_x[cell] if along_x else status.beta_y[cell]
             d, pull = (grid.dx, step * bed.along[column]) if along_x else (grid.dy, 0.0)
             hold = bed.normal[column] * material.tangent * HOLDS

@@ -10,7 +10,7 @@ from solver.activity import Status
 from solver.boundary import LANES, NO_SLIP, OPEN, WALL, Fields, Sides
 from solver.cloud_faces import Faces, all_aligned, whole_blocks
 from solver.cloud_reconstruction import sides_shown
-from solver.compiled import Array, kernel
+from solver.compiled import ONE, ZERO, Array, kernel
 from solver.reconstruction import FaceValues
 from solver.riemann import Fluxes, hll
 from solver.weighted_residual import whole
@@ -137,7 +137,7 @@ def fluxes_through(
         )
         if outer:
             mirror_at_walls(faces, sides, start, count, low, high)
-        hll(low, 0, high, 0, still, 0, CHUNK, lanes, dry, chunk, 0)
+        hll(low, ZERO, high, ZERO, still, ZERO, CHUNK * ONE, lanes, dry, chunk, ZERO)
         if outer:
             restrict_at_sides(now, faces, sides, start, count, low.c, chunk)
         halve(geometry, mass, normal, tangential, pressure, push, start, lanes, halves, pressed)

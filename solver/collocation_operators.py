@@ -6,9 +6,8 @@ from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import sparse
-from scipy.spatial import cKDTree
 
 from solver.compiled import Array, Indices
 from solver.lattice import Lattice
@@ -178,7 +177,8 @@ def _cloud_supports(cloud: PointCloud, support: int) -> tuple[Indices, Array, In
         sources.append(np.flatnonzero(close))
         sides.append(np.tile(np.array([x, y]), (int(close.sum()), 1)))
     points = np.concatenate(places)
-    near = np.asarray(cKDTree(points).query(cloud.points, support)[1], dtype=np.int64).reshape(n, -1)
+    _, near = scipy.spatial.cKDTree(points).query(cloud.points, support)
+    near = np.asarray(near, dtype=np.int64).reshape(n, -1)
     # a point on a side coincides with its image
     for i in np.flatnonzero(near[:, 0] != np.arange(n)):
         near[i, np.flatnonzero(near[i] == i)[0]], near[i, 0] = near[i, 0], i
@@ -203,7 +203,7 @@ def _pairs(
     n, size = found.neighbours.shape
     source = np.concatenate([np.arange(n), source])
     kind = np.concatenate([np.zeros(n, dtype=np.int64), 3 * beyond[:, 0] + beyond[:, 1]])
-    asked = sparse.csr_array(
+    asked = scipy.sparse.csr_array(
         ((area[:n, None] * found.value).ravel(), found.neighbours.ravel(), np.arange(0, n * size + 1, size)),
         (n, len(source)),
     ).tocsc()
@@ -211,7 +211,8 @@ def _pairs(
     for k in np.unique(kind):
         members = np.flatnonzero(kind == k)
         part = asked[:, members].tocoo()
-        folded = sparse.csr_array((part.data, (part.coords[0], source[members][part.coords[1]])), (n, n))
+        place = part.coords[0], source[members][part.coords[1]]
+        folded = scipy.sparse.csr_array((part.data, place), (n, n))
         mean = (0.5 * (folded + folded.T)).tocoo()
         number = np.zeros(n, dtype=np.int64)
         number[source[members]] = members

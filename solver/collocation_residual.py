@@ -12,7 +12,7 @@ from solver.boundary import Fields
 from solver.cell_update import braked, dragged
 from solver.cloud_activity import CloudBed
 from solver.collocation_operators import Stencils
-from solver.compiled import Array, Indices, kernel
+from solver.compiled import ONE, Array, Indices, kernel
 
 
 class Images(NamedTuple):
@@ -254,7 +254,7 @@ def account_open(now: Fields, sides: Open, duration: float, ledger: Array) -> No
 
     The sum over pairs of ``weight . (q_i + q_j)``; on a lattice the weight is ``V_i D_ij``.
     """
-    before, rate = -1, 0.0
+    before, rate = -ONE, 0.0
     for k in range(len(sides.point)):
         i, j, side = sides.point[k], sides.image[k], sides.side[k]
         if side != before:

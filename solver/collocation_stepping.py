@@ -20,7 +20,7 @@ from solver.collocation_residual import (
     velocities,
 )
 from solver.collocation_smoothing import Relaxation, relax
-from solver.compiled import Array, kernel
+from solver.compiled import ZERO, Array, kernel
 from solver.time_stepping import (
     AT_REST,
     COLLAPSED,
@@ -73,7 +73,7 @@ def advance_collocation(
     while progress.time[0] < target:
         if progress.steps[0] >= max_steps:
             return OUT_OF_STEPS
-        remaining, dt, count = target - progress.time[0], 0.0, 0
+        remaining, dt, count = target - progress.time[0], 0.0, ZERO
         start.h[:], start.u[:], start.v[:] = now.h, now.u, now.v
         for k in range(len(parts)):
             fill_images(now.h, now.u, now.v, images)
@@ -92,7 +92,7 @@ def advance_collocation(
             velocities(scratch.q, scratch.chosen[:count], stencils, dry, film, around, now)
         progress.time[0] = target if dt == remaining else progress.time[0] + dt
         progress.steps[0] += 1
-        if not record_cells(now, 0, n, dry, threshold, record, progress):
+        if not record_cells(now, ZERO, n, dry, threshold, record, progress):
             return NOT_FINITE
         if moving_volume(now, area, dry, n) <= rest_volume:
             return AT_REST

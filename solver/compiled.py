@@ -20,6 +20,8 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 # numbers of cells and faces in the large tables of a cloud, whose size is what reading them costs
 Numbers = NDArray[np.uint32]
+# What kernels give each other in place of literals: for each of these Numba would compile them once more.
+ZERO, ONE = np.int64(0), np.int64(1)
 # the settings of numba are made at run time
 config: Any = numba.config
 
@@ -58,14 +60,22 @@ def cache_directory() -> Path:
     raise OSError("no writable folder for compiled kernels")
 
 
-class _Unaliased(Compiler):
-    """Numba's compiler, told that no two arrays that a function is given overlap."""
+class _Compiler(Compiler):
+    """Numba's compiler, without the wrapper that C would call a function by."""
+
+    unaliased = False
 
     def __init__(self, *args: Any) -> None:
         *before, flags, types = args
         flags = flags.copy()
-        flags.noalias = True
+        flags.no_cfunc_wrapper, flags.noalias = True, self.unaliased
         super().__init__(*before, flags, types)  # type: ignore[no-untyped-call, call-arg]
+
+
+class _Unaliased(_Compiler):
+    """The same, told that no two arrays that a function is given overlap."""
+
+    unaliased = True
 
 
 def kernel(
@@ -103,7 +113,7 @@ def kernel(
                 error_model="numpy",
                 fastmath=flags,
                 forceinline=inline,
-                pipeline_class=_Unaliased if unaliased else Compiler,
+                pipeline_class=_Unaliased if unaliased else _Compiler,
             )(function)
         finally:
             config.CACHE_DIR = before

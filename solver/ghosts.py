@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from solver.boundary import AXIS, DEPTH, EVEN, GHOSTS, NO_SLIP, OPEN, WALL, Fields, Grid, Sides
-from solver.compiled import Array, Indices, kernel
+from solver.compiled import ONE, Array, Indices, kernel
 from solver.spans import hull
 
 # What has this share of a given depth at least may be of the layer that is fed.
@@ -122,11 +122,13 @@ def fill_ghosts(
         if kind[0] == DEPTH or (filled and spans[0, j] < 2 * GHOSTS):
             cell = j * m + GHOSTS
             ghosts_beyond(
-                h, u, v, cell, -1, kind[0], depth[0], beta_x[cell], -lean[0] * grid.dx / beta_x[cell]
+                h, u, v, cell, -ONE, kind[0], depth[0], beta_x[cell], -lean[0] * grid.dx / beta_x[cell]
             )
         if kind[1] == DEPTH or (filled and spans[1, j] > m - 2 * GHOSTS):
             cell = j * m + m - GHOSTS - 1
-            ghosts_beyond(h, u, v, cell, 1, kind[1], depth[1], beta_x[cell], lean[1] * grid.dx / beta_x[cell])
+            ghosts_beyond(
+                h, u, v, cell, ONE, kind[1], depth[1], beta_x[cell], lean[1] * grid.dx / beta_x[cell]
+            )
     for k, row, way in ((2, GHOSTS, -1), (3, rows - GHOSTS - 1, 1)):
         if (k == 2 and first >= 2 * GHOSTS) or (k == 3 and last < rows - 2 * GHOSTS):
             continue

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy.spatial import cKDTree
 
 from solver.compiled import Array, Indices
 from solver.point_spacing import Refinement, Spacing
@@ -57,7 +57,7 @@ class PointCloud:
         low, high = np.array([self.x, self.y]).T
         beyond = (points < low) | (points > high)
         _refuse(points, np.asarray(beyond.any(axis=1)), "outside the domain")
-        distance, nearest = cKDTree(points).query(points, 2)
+        distance, nearest = scipy.spatial.cKDTree(points).query(points, 2)
         close = distance[:, 1] <= COINCIDENT * self.mean_spacing
         if close.any():
             first = np.flatnonzero(close)[0]
@@ -139,8 +139,8 @@ class PointCloud:
         return np.asarray(near, dtype=np.int64).reshape(-1, count)
 
     @cached_property
-    def _tree(self) -> cKDTree:
-        return cKDTree(self.points)
+    def _tree(self) -> scipy.spatial.cKDTree:
+        return scipy.spatial.cKDTree(self.points)
 
 
 def given_points(points: ArrayLike, x: tuple[float, float], y: tuple[float, float]) -> PointCloud:

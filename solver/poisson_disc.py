@@ -11,7 +11,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.compiled import Array, kernel
+from solver.compiled import ONE, Array, kernel
 from solver.point_spacing import Spacing, points_per_domain, spacing_at
 
 # Distance kept between points as a share of the spacing, at first; the count is met by adjusting it.
@@ -74,7 +74,7 @@ def scatter(
     next_in_bin = np.full(len(points), -1, np.int64)
     spacings = np.empty(len(points))
     count = 0
-    parent = -1
+    parent = -ONE
     while parent < count and count < len(points):
         for k in range(1 if parent < 0 else CANDIDATES):
             number = raw[0] if parent < 0 else raw[1 + parent * CANDIDATES + k]

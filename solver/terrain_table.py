@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy.interpolate import PPoly, make_interp_spline
 
 from solver.terrain import SlopeProfile, integrate
 
@@ -84,18 +84,19 @@ class Table(SlopeProfile):
         return float(np.diff(self.elevations[:2])[0] / np.diff(self.distances[:2])[0])
 
     @cached_property
-    def _second_derivative(self) -> PPoly:
+    def _second_derivative(self) -> scipy.interpolate.PPoly:
         """Give z'', the second difference of the polyline over L/2 at the knots and linear between them."""
-        polyline, half = make_interp_spline(self.distances, self.elevations, k=1), self.smoothing / 2
+        polyline = scipy.interpolate.make_interp_spline(self.distances, self.elevations, k=1)
+        half = self.smoothing / 2
         knots = np.unique(np.add.outer([-half, 0.0, half], self.distances))
         values = (polyline(knots + half) - 2 * polyline(knots) + polyline(knots - half)) / half**2
         # zero pieces outside, so that the polynomials extend as straight lines
         knots = np.concatenate([[knots[0] - half], knots, [knots[-1] + half]])
         values = np.concatenate([[0.0, 0.0], values[1:-1], [0.0, 0.0]])
-        return PPoly([np.diff(values) / np.diff(knots), values[:-1]], knots)
+        return scipy.interpolate.PPoly([np.diff(values) / np.diff(knots), values[:-1]], knots)
 
     @cached_property
-    def _gradient_rise(self) -> PPoly:
+    def _gradient_rise(self) -> scipy.interpolate.PPoly:
         return self._second_derivative.antiderivative()
 
     def _gradient(self, d: Array) -> Array:
@@ -121,7 +122,7 @@ class Table(SlopeProfile):
     def _distance(self, x: Array) -> Array:
         """Horizontal distance d at arc length x, m: Newton's method from the linear guess between knots."""
         knots, lengths = self._second_derivative.x, self._arc_length_at_knots
-        d = make_interp_spline(lengths, knots, k=1)(x)
+        d = scipy.interpolate.make_interp_spline(lengths, knots, k=1)(x)
         for _ in range(_NEWTON_STEPS):
             d = d - (self._arc_length(d) - x) / self._stretch(d)
         return np.asarray(d)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy
 
 from solver.compiled import Array, Indices, kernel
 
@@ -191,7 +191,7 @@ def control_volumes(points: Array, x: tuple[float, float], y: tuple[float, float
         Bounds of the domain, m.
     """
     n = len(points)
-    tree, bounds = cKDTree(points), np.array([*x, *y], dtype=np.float64)
+    tree, bounds = scipy.spatial.cKDTree(points), np.array([*x, *y], dtype=np.float64)
     area, centroid, second_moment = np.empty(n), np.empty((n, 2)), np.empty((n, 3))
     cells, count = np.arange(n), min(NEIGHBOURS, n)
     found = []

@@ -32,7 +32,7 @@ from solver.boundary import (
     restrict,
 )
 from solver.cell_update import drag_row, update_row
-from solver.compiled import Array, Indices, kernel
+from solver.compiled import ONE, Array, Indices, kernel
 from solver.ghosts import fill_ghosts
 from solver.reconstruction import FaceValues, face_values
 from solver.riemann import Fluxes, hll
@@ -205,7 +205,7 @@ def stage(
         short = False
         a, b = spans[0, j], spans[1, j]
         if a < b:
-            face_values(h, u, v, beta_x, j * m + a - 1, 1, whole(b - a + 2), dry, along, a - 1)
+            face_values(h, u, v, beta_x, j * m + a - 1, ONE, whole(b - a + 2), dry, along, a - 1)
             hll(
                 along,
                 a - 1,
@@ -213,16 +213,16 @@ def stage(
                 a,
                 still,
                 j * m + a - 1,
-                1,
+                ONE,
                 whole(b - a + 1),
                 dry,
                 x_fluxes,
                 ring + a,
             )
             if a == GHOSTS:
-                restrict(x_fluxes, ring + a, h, u, v, beta_x, j * m + a, 1, west, -1.0)
+                restrict(x_fluxes, ring + a, h, u, v, beta_x, j * m + a, ONE, west, -1.0)
             if b == m - GHOSTS:
-                restrict(x_fluxes, ring + b, h, u, v, beta_x, j * m + b - 1, 1, east, 1.0)
+                restrict(x_fluxes, ring + b, h, u, v, beta_x, j * m + b - 1, ONE, east, 1.0)
             short = afford(
                 h,
                 j * m + a,
@@ -244,9 +244,9 @@ def stage(
                 keep[ring + a - 1] = keep[ring + b] = 1.0
                 scale(x_fluxes, ring + a, keep, ring + a - 1, ring + a, b - a + 1)
             if a == GHOSTS:
-                account(x_mass, ring + a, 1, -1.0, images(sides, j) * share * dt * grid.dy, ledger[0])
+                account(x_mass, ring + a, ONE, -1.0, images(sides, j) * share * dt * grid.dy, ledger[0])
             if b == m - GHOSTS:
-                account(x_mass, ring + b, 1, 1.0, images(sides, j) * share * dt * grid.dy, ledger[1])
+                account(x_mass, ring + b, ONE, 1.0, images(sides, j) * share * dt * grid.dy, ledger[1])
         if short or short_before:
             a, b = hull(spans, j - 1, j)
             for row in (j - 1, j):
