@@ -18,7 +18,7 @@ from rich.console import Console
 from pipeline import layout, provenance, store, table
 from pipeline.batch import Ending, Todo, execute, execute_here, pending, threads
 from pipeline.checkpoints import EVERY_SECONDS, Checkpoints
-from pipeline.compilation import compile_once
+from pipeline.compilation import compile_once, head_start
 from pipeline.elsewhere import is_made, is_url
 from pipeline.failures import listed
 from pipeline.found_domain import settled
@@ -242,12 +242,14 @@ def _execute(
         with _reported(console, total, log, left) as progress, heard(progress.tell) as interrupts:
             if part != WHOLE:
                 return execute_here(jobs, progress.report, interrupts, solve)
-            with (engine or workers)(width) as client:
+            # workers elsewhere have a disk of their own
+            with head_start(() if engine else kinds) as ahead, (engine or workers)(width) as client:
                 if engine is not None:
                     width = threads(client)
                 if find_spec("bokeh") is not None:
                     progress.tell(f"Dask dashboard: {client.dashboard_link}")
-                compile_once(client, progress.tell, interrupts, partial(compile_kernels, sorted(kinds)))
+                rest = partial(compile_kernels, sorted(kinds))
+                compile_once(client, progress.tell, interrupts, rest, ahead)
                 tell = progress.report, interrupts, solve, progress.under_way
                 return execute(client, width, jobs, *tell)
     except KeyboardInterrupt:

@@ -113,23 +113,30 @@ def _renew(cluster: LocalCluster, count: int) -> None:
 
 
 def _cluster(count: int) -> LocalCluster:
-    """Start worker processes that are deaf to Ctrl-C.
+    try:
+        with deaf():
+            return LocalCluster(
+                n_workers=count,
+                threads_per_worker=1,
+                dashboard_address="127.0.0.1:0",
+                scheduler_sync_interval=SYNC_SECONDS,
+                silence_logs=logging.CRITICAL,
+            )
+    except RuntimeError as error:
+        raise OSError(f"the worker processes do not start: {error.__cause__ or error}") from error
 
-    It reaches the whole process group, and the driver alone decides what stops. Threads and processes
-    started here inherit its being blocked; an interrupt that comes meanwhile is heard afterwards.
+
+@contextmanager
+def deaf() -> Iterator[None]:
+    """Have threads and processes that are started meanwhile be deaf to Ctrl-C.
+
+    It reaches the whole process group, and the driver alone decides what stops. They inherit its being
+    blocked; an interrupt that comes meanwhile is heard afterwards.
     """
     # started with the first process it would unblock the signal
     resource_tracker.ensure_running()
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
-        return LocalCluster(
-            n_workers=count,
-            threads_per_worker=1,
-            dashboard_address="127.0.0.1:0",
-            scheduler_sync_interval=SYNC_SECONDS,
-            silence_logs=logging.CRITICAL,
-        )
-    except RuntimeError as error:
-        raise OSError(f"the worker processes do not start: {error.__cause__ or error}") from error
+        yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)

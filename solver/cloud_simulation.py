@@ -9,10 +9,12 @@ from numpy.typing import NDArray
 
 from solver.activity import Status
 from solver.boundary import LANES, Fields
-from solver.cloud_activity import CloudBed, activity_of
+from solver.cloud_activity import CloudBed, activity_of, spread_blocks
 from solver.cloud_faces import aligned, all_aligned
 from solver.cloud_fluxes import cloud_buffers
 from solver.cloud_operators import CloudOperators, prepare
+from solver.cloud_residual import cloud_stage
+from solver.cloud_status import classify_cloud
 from solver.cloud_stepping import advance_cloud, record_cells
 from solver.compiled import Array
 from solver.point_cloud import PointCloud
@@ -103,6 +105,18 @@ class CloudRun(Run):
                 self.progress,
             )
         )
+
+    def rehearse(self, piece: int) -> None:
+        """Classify the cells, or take a stage of no length."""
+        about = self.status, self.bed, self.material, self.sides
+        faces, tables, buffers = self.faces, self.operators.tables, self.buffers
+        if piece == 0:
+            near = faces, tables.gradient, self.area, tables.widths, self.activity
+            classify_cloud(self.now, buffers.slopes, *about, *near, buffers.rate)
+            spread_blocks(self.status.still, faces, tables.blocks, self.activity)
+            return
+        steps = self.area, faces, tables.gradient, self.activity, 1.0, 1.0, 0.0
+        cloud_stage(self.now, self.now, self.stages[0], *about, *steps, buffers, self.progress.ledger, True)
 
     @property
     def carried(self) -> dict[str, NDArray[Any]]:

@@ -180,6 +180,9 @@ class CollocationRun(Run):
             )
         )
 
+    def rehearse(self, piece: int) -> None:
+        """Do nothing: no kernel takes long."""
+
     @property
     def carried(self) -> dict[str, NDArray[Any]]:
         """The same, and the scratch arrays."""

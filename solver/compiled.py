@@ -119,3 +119,8 @@ def kernel(
             config.CACHE_DIR = before
 
     return compile_
+
+
+def is_compiled(function: Any) -> bool:
+    """Whether a kernel is on disk."""
+    return any(Path(function.stats.cache_path).glob(f"*.{function.__name__}-*.nbi"))

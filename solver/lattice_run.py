@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver import time_stepping
-from solver.activity import Bed, Status
+from solver.activity import Bed, Status, classify
 from solver.boundary import AXIS, DEPTH, GHOSTS, LANES, OPEN, Fields, Grid, Sides
 from solver.compiled import Array
 from solver.lattice import Lattice
@@ -19,7 +19,7 @@ from solver.run_setup import Carried, Run, by_name, falling_rate, gravity_along_
 from solver.scene import Scene
 from solver.spans import Spans
 from solver.time_stepping import Record, record_maxima
-from solver.weighted_residual import RING, Buffers
+from solver.weighted_residual import RING, Buffers, stage
 from solver.window import Part, Window, around, needed
 
 # Rows or columns that a window grows by at least.
@@ -189,6 +189,15 @@ class LatticeRun(Run):
             if outcome == time_stepping.GROW:
                 self._grow()
         return outcome
+
+    def rehearse(self, piece: int) -> None:
+        """Classify the cells, or take a stage of no length."""
+        before = self.now, self.status, self.bed, self.material, self.window_sides, self.grid
+        if piece == 0:
+            classify(*before, self.spans)
+            return
+        steps = self.spans.stepped, GHOSTS, GHOSTS, 1.0, 1.0, 0.0
+        stage(self.now, self.now, self.stages[0], *before[1:], *steps, self.buffers, self.progress.ledger)
 
     @property
     def carried(self) -> dict[str, NDArray[Any]]:

@@ -22,6 +22,8 @@ Carried = Mapping[str, NDArray[Any]]
 SHORTEST_STEP, FALLS = 1e-7, 10
 # What so many steps do not change, relative to what there is, does not move.
 LULL_STEPS, LULL = 1000, 1e-12
+# What the compiler takes equally long for: all that goes before the stages of a step, and a stage.
+PIECES = 2
 KINDS = {"open": OPEN, "wall": WALL, "no-slip": NO_SLIP}
 
 
@@ -104,6 +106,10 @@ class Run(ABC):
 
     @abstractmethod
     def _advance(self, target: float, max_steps: int) -> int: ...
+
+    @abstractmethod
+    def rehearse(self, piece: int) -> None:
+        """Call one of the `PIECES` kernels that take longest to compile, if there are; no step may follow."""
 
     def settle(self) -> None:
         """Stop what little still moves in a run at rest."""

@@ -12,8 +12,10 @@ from solver import time_stepping
 from solver.boundary import OPEN
 from solver.checkpoint import Keeper, Watch
 from solver.cloud_simulation import CloudRun
+from solver.cloud_stepping import advance_cloud
 from solver.collocation_run import CollocationRun
-from solver.compiled import Array
+from solver.collocation_stepping import advance_collocation
+from solver.compiled import Array, is_compiled
 from solver.lattice import Lattice
 from solver.lattice_run import LatticeRun
 from solver.operators import Kind, kind_of
@@ -22,6 +24,7 @@ from solver.rheology import Coulomb
 from solver.run_setup import Run
 from solver.scene import Boundaries, Collocation, Scene, WeightedResidual
 from solver.terrain import Plane
+from solver.time_stepping import advance
 
 __all__ = [
     "Boundaries",
@@ -234,10 +237,28 @@ def fastest(run: Run) -> tuple[float, float]:
     return float(x), float(y)
 
 
-def compile_kernels(kinds: Collection[Kind] = KINDS) -> None:
-    """Compile the kernels of some kinds of runs, or load them: half a minute a kind once, then a second."""
+def not_compiled(kinds: Collection[Kind] = KINDS) -> list[Kind]:
+    """List those kinds of runs whose kernels are not on disk yet."""
+    last = {"lattice": advance, "cloud": advance_cloud, "collocation": advance_collocation}
+    return [kind for kind in kinds if not is_compiled(last[kind])]
+
+
+def compile_kernels(kinds: Collection[Kind] = KINDS, piece: int | None = None) -> None:
+    """Compile the kernels of some kinds of runs, or load them: half a minute a kind once, then a second.
+
+    Parameters
+    ----------
+    kinds : collection of Kind
+        Of lattice, cloud and collocation.
+    piece : int, optional
+        One of `solver.run_setup.PIECES` that different processes may compile at the same time.
+    """
     for kind in kinds:
         points = random_points((0, 1), (0, 1), 60) if kind == "cloud" else Lattice((0, 1), (0, 1), 0.2)
         flat = np.zeros(points.shape)
         scheme = Collocation(support=9, degree=1) if kind == "collocation" else WeightedResidual()
-        simulate(Scene(points, Plane(0.0), flat, flat, flat, Coulomb(0.0), scheme=scheme), [0.0])
+        scene = Scene(points, Plane(0.0), flat, flat, flat, Coulomb(0.0), scheme=scheme)
+        if piece is None:
+            simulate(scene, [0.0])
+        else:
+            begin(scene, 0.0, 0.0, True).rehearse(piece)

@@ -129,3 +129,8 @@ def breaking(scene, times, *, store, **options):
     """Leave a store that refuses to be written: a file where the folder of depth's chunks belongs."""
     Path(store, "depth", "c").write_text("in the way")
     return still(scene, times, **options)
+
+
+def lasting(kinds, piece):
+    """In place of compiling: outlasts its test."""
+    sleep(60)

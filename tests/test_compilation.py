@@ -1,11 +1,21 @@
+import signal
 import time
 from functools import partial
+from types import SimpleNamespace
 
 import pytest
+from stub_solvers import lasting
 
 from pipeline import compilation
-from pipeline.compilation import compile_once
+from pipeline.compilation import compile_once, head_start
 from pipeline.interrupts import Interrupts
+from solver.activity import classify
+from solver.cloud_activity import spread_blocks
+from solver.cloud_residual import cloud_stage
+from solver.cloud_status import classify_cloud
+from solver.run_setup import PIECES
+from solver.simulation import compile_kernels, not_compiled
+from solver.weighted_residual import stage
 
 
 def fail():
@@ -30,3 +40,40 @@ def test_an_interrupt_does_not_wait_for_it(cluster):
 
 def test_what_goes_wrong_is_left_to_the_runs(cluster):
     compile_once(cluster, print, Interrupts(), fail)
+
+
+def test_the_pieces_compiled_ahead_are_what_a_step_calls():
+    kernels = (classify, stage, classify_cloud, spread_blocks, cloud_stage)
+    compile_kernels(["lattice", "cloud"])
+    before = [list(each.signatures) for each in kernels]
+    for piece in range(PIECES):
+        compile_kernels(["lattice", "cloud"], piece)
+    assert [list(each.signatures) for each in kernels] == before
+
+
+def test_nothing_is_compiled_ahead_that_is_on_disk():
+    compile_kernels(["lattice"])
+    assert not_compiled(["lattice"]) == []
+    with head_start(["lattice"]) as processes:
+        assert processes == []
+
+
+def test_what_is_compiled_ahead_ends_with_the_batch(monkeypatch):
+    monkeypatch.setattr(compilation, "not_compiled", lambda kinds: list(kinds))
+    monkeypatch.setattr(compilation, "compile_kernels", lasting)
+    monkeypatch.setattr(compilation, "CPU_COUNT", PIECES)
+    with head_start(["lattice"]) as processes:
+        assert [process.is_alive() for process in processes] == [True] * PIECES
+    for process in processes:
+        process.join(10)
+        assert process.exitcode == -signal.SIGTERM
+    monkeypatch.setattr(compilation, "CPU_COUNT", 1)
+    with head_start(["lattice"]) as processes:
+        assert processes == []
+
+
+def test_what_is_compiled_ahead_is_waited_for(cluster):
+    began = time.monotonic()
+    ahead = SimpleNamespace(is_alive=lambda: time.monotonic() - began < 0.3)
+    compile_once(cluster, print, Interrupts(), partial(time.sleep, 0), [ahead])
+    assert time.monotonic() - began >= 0.3
