@@ -133,4 +133,4 @@ def breaking(scene, times, *, store, **options):
 
 def lasting(kinds, piece):
     """In place of compiling: outlasts its test."""
-    sleep(60)
+    time.sleep(60)
