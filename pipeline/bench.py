@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
-from pipeline import kernel_table
+from pipeline.kernel_table import TABLES
 from solver.benchmark import FULL, QUICK, Plan, Row, climb, cost_at, ending, skipping
 from solver.simulation import compile_kernels
 
@@ -132,9 +132,9 @@ def _report(plan: Plan, rows: list[Row]) -> Iterator[str]:
     yield from _heading(ENDS, END_COLUMNS)
     yield from _lines(kept(ending(ladder, plan.spacing, plan.end_times)), END_COLUMNS)
     yield from _read_off(rows)
-    yield from ("", f"## {kernel_table.TITLE}", "")
-    titles = kernel_table.COLUMNS
-    yield from map(_line, [titles, ["---"] * len(titles), *kernel_table.rows()])
+    for title, columns, made in TABLES:
+        yield from ("", f"## {title}", "")
+        yield from map(_line, [columns, ["---"] * len(columns), *made()])
 
 
 def machine() -> str:

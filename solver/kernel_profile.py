@@ -115,21 +115,21 @@ def kernel_costs() -> tuple[list[Cost], float, float]:
         # what comes from the disk cannot be looked into
         fresh = kernel(unaliased=unaliased, cached=False)(loop.py_func)
         fresh(*given)
-        costs.append(Cost(loop.__name__, passes, _time(fresh, given) / count, *_instructions(fresh)))
+        costs.append(Cost(loop.__name__, passes, timed(fresh, given) / count, *_instructions(fresh)))
     row = np.linspace(1.0, 2.0, CELLS)
-    alone = _time(divide, (row, row, row.copy())), _time(root, (row, row.copy()))
+    alone = timed(divide, (row, row, row.copy())), timed(root, (row, row.copy()))
     return costs, alone[0] / CELLS, alone[1] / CELLS
 
 
-def _time(loop: Any, given: tuple[Any, ...]) -> float:
+def timed(loop: Any, given: tuple[Any, ...], passes: int = PASSES) -> float:
     """Time of a pass, ns, the median of repeats; compiled before."""
     repeat(1, loop, given)
     taken = []
     for _ in range(REPEATS):
         began = thread_time()
-        repeat(PASSES, loop, given)
+        repeat(passes, loop, given)
         taken.append(thread_time() - began)
-    return 1e9 * median(taken) / PASSES
+    return 1e9 * median(taken) / passes
 
 
 def _instructions(loop: Any) -> tuple[int, int, int]:

@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 
 from pipeline import bench
 from pipeline.cli import app
-from pipeline.kernel_table import TITLE
+from pipeline.kernel_table import TABLES
 from solver.benchmark import Ladder, Plan, cost_at
 from solver.cases import CHUTE, cap, measure
 from solver.fine_solution import fine_solution, overlap
@@ -55,16 +55,22 @@ def test_the_bench_writes_a_table_a_page_and_a_picture(benched):
     assert printed.startswith(page)
     assert "one thread" in page
     assert "numba 0." in page
-    for title in (bench.LADDER, bench.READ_OFF, bench.SKIPPED, bench.ENDS, TITLE):
+    titles = bench.LADDER, bench.READ_OFF, bench.SKIPPED, bench.ENDS, *(table.title for table in TABLES)
+    for title in titles:
         (section,) = re.findall(rf"^## {title}\n\n((?:\|.*\n)+)", page, flags=re.MULTILINE)
         assert len({line.count("|") for line in section.splitlines()}) == 1
     assert len(re.findall(r"^\| collocation, lattice +\|", page, flags=re.MULTILINE)) == 1
 
 
+def section(path, title):
+    """Give the cells of the lines of a table."""
+    _, _, after = path.read_text().partition(f"## {title}\n\n")
+    lines = after.partition("\n\n")[0].strip().splitlines()
+    return [[cell.strip() for cell in line.split("|")[1:-1]] for line in lines]
+
+
 def test_the_loops_of_a_stage_are_timed_and_their_instructions_counted(benched):
-    page = (benched[0] / "bench.md").read_text()
-    _, _, section = page.partition(f"## {TITLE}")
-    rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in section.strip().splitlines()]
+    rows = section(benched[0] / "bench.md", TABLES[0].title)
     kernels, (whole, *_, taken, alone) = rows[2:-1], rows[-1]
     assert {row[0] for row in kernels} >= {"face_values", "hll", "update_row"}
     # a divider is a part of what a loop is made of
@@ -73,6 +79,21 @@ def test_the_loops_of_a_stage_are_timed_and_their_instructions_counted(benched):
     assert float(taken) == pytest.approx(sum(float(row[6]) for row in kernels), abs=0.05)
     assert float(alone) > 0
     assert whole.endswith("million a s")
+
+
+def test_the_loops_of_a_stage_on_a_cloud_are_timed_and_what_they_move_is_counted(benched):
+    *loops, whole, stage = section(benched[0] / "bench.md", TABLES[1].title)[2:]
+    assert [row[0] for row in loops] == ["slopes_at", "fluxes_through", "add_up", "update_run"]
+    assert stage[0].startswith("cloud_stage: ")
+    for column in (1, 2, 3, 4, 5):
+        sums = sum(float(row[column]) for row in loops)
+        assert float(whole[column]) == pytest.approx(sums, abs=2.1)
+        assert sums > 0
+    # eight neighbours of three values each; three faces a cell of twelve values on either side
+    looked_up = [int(row[3]) for row in loops]
+    assert looked_up[0] == pytest.approx(24, rel=0.01)
+    assert looked_up[1] == pytest.approx(72, rel=0.05)
+    assert looked_up[3] == 0
 
 
 def test_errors_fall_with_the_spacing_in_every_form_and_layout(benched):
