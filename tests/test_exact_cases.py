@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from solver import exact_solutions as exact
 from solver import verification
-from solver.cases import WALLED, dam_break, measure, relative_l2, slide
+from solver.cases import CONSERVATIVE, WALLED, compare, dam_break, measure, relative_l2, slide
 from solver.lattice import Lattice
 from solver.rheology import Coulomb, MohrCoulomb, Voellmy
 from solver.simulation import Boundaries, Scene, simulate
@@ -37,6 +38,18 @@ def test_errors_fall_at_the_stated_order_to_the_stated_size(ladder):
         errors = [getattr(one, norm) for one in measured]
         assert errors[-1] <= limit, norm
         assert order(errors, spacings) >= slope, norm
+
+
+def test_most_of_the_error_of_a_dam_break_is_made_while_it_opens():
+    case, start, solution = dam_break(), 0.5, exact.DamBreak()
+    points = case.lattice(0.25)
+    whole = case.scene(points, CONSERVATIVE)
+    x = points.coordinates[0]
+    # from then on its opening spans cells enough
+    depth = exact.cell_means(solution, x.ravel(), points.dx, start).reshape(x.shape)
+    opened = replace(whole, depth=depth, velocity_x=solution(x, start)[1])
+    late = compare(case, opened, simulate(opened, [case.time - start]))
+    assert late.depth_l1 < 0.25 * compare(case, whole, simulate(whole, [case.time])).depth_l1
 
 
 def test_volume_is_exact_to_round_off_and_depth_never_negative(ladder):
