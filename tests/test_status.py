@@ -1,6 +1,7 @@
 import subprocess
 import sys
 from functools import partial
+from pathlib import Path
 
 import pytest
 from batches import run
@@ -86,3 +87,32 @@ def test_words_about_the_solver_are_no_part_of_it():
     assert code(plain) == code(worded)
     assert code(plain) != code(plain.replace("1", "2"))
     assert code(plain) != code(plain.replace('"b"', '"c"'))
+
+
+def test_the_solver_hash_that_is_kept_is_the_one_that_was_found(monkeypatch):
+    found = provenance._solver_hash()
+    for kept in (Path(provenance.__file__).parent / "__pycache__").glob("solver-*"):
+        kept.unlink(missing_ok=True)
+    assert provenance._solver_hash() == found
+
+    def never(source):
+        raise AssertionError("went through the code again")
+
+    monkeypatch.setattr(provenance, "code", never)
+    assert provenance._solver_hash() == found
+
+
+def test_where_nothing_can_be_kept_the_solver_hash_is_found_each_time(monkeypatch):
+    found = provenance._solver_hash()
+
+    def refused(*given, **named):
+        raise PermissionError("read-only")
+
+    for method in ("read_text", "write_text"):
+        real = getattr(Path, method)
+        monkeypatch.setattr(
+            Path,
+            method,
+            lambda path, *a, real=real, **n: (refused if "solver-" in path.name else real)(path, *a, **n),
+        )
+    assert provenance._solver_hash() == found
