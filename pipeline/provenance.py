@@ -78,6 +78,7 @@ def _solver_hash() -> str:
     for name, source in sources.items():
         digest.update(f"{name}\n{code(source)}\n".encode())
     with suppress(OSError):
+        kept.parent.mkdir(exist_ok=True)
         partial = kept.with_suffix(f".{os.getpid()}")
         partial.write_text(digest.hexdigest(), encoding="ascii")
         partial.replace(kept)
