@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import ast
 import hashlib
-import os
 import platform
 from collections.abc import Mapping
 from contextlib import suppress
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
+
+from pipeline.elsewhere import put
 
 # Modules of this package that turn settings into a scene, or a result into what the store holds.
 DECISIVE = ("runs", "shared_points", "solver_objects", "summary", "task")
@@ -79,9 +80,7 @@ def _solver_hash() -> str:
         digest.update(f"{name}\n{code(source)}\n".encode())
     with suppress(OSError):
         kept.parent.mkdir(exist_ok=True)
-        partial = kept.with_suffix(f".{os.getpid()}")
-        partial.write_text(digest.hexdigest(), encoding="ascii")
-        partial.replace(kept)
+        put(kept, digest.hexdigest().encode())
     return digest.hexdigest()
 
 

@@ -103,7 +103,7 @@ def cloud_costs() -> tuple[list[Cost], float, float]:
         (
             cloud_stage,
             (
-                *(now, now, out, *about[:1], run.bed, run.material, run.sides, run.area, faces, gradient),
+                *(now, now, out, *about, run.sides, run.area, faces, gradient),
                 *(run.activity, 0.5, 0.5, DT, buffers, run.ledger, False),
             ),
             0,

@@ -108,7 +108,7 @@ def test_where_nothing_can_be_kept_the_solver_hash_is_found_each_time(monkeypatc
     def refused(*given, **named):
         raise PermissionError("read-only")
 
-    for method in ("read_text", "write_text"):
+    for method in ("read_text", "write_bytes"):
         real = getattr(Path, method)
         monkeypatch.setattr(
             Path,
