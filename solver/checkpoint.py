@@ -9,9 +9,9 @@ from typing import Protocol
 
 import numpy as np
 
-from solver.compiled import Array
-from solver.run_setup import Carried, Run
-from solver.time_stepping import OUT_OF_STEPS, OUT_OF_TIME, REACHED
+from solver.arrays import Array
+from solver.kernels.runge_kutta import OUT_OF_STEPS, OUT_OF_TIME, REACHED
+from solver.run import Carried, Run
 
 # Steps between two looks take about this long, s.
 LOOK_SECONDS = 0.25

@@ -14,12 +14,7 @@ import numba
 import numpy as np
 from numba.core.codegen import get_host_cpu_features
 from numba.core.compiler import Compiler
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-# numbers of cells and faces in the large tables of a cloud, whose size is what reading them costs
-Numbers = NDArray[np.uint32]
 # What kernels give each other in place of literals: for each of these Numba would compile them once more.
 ZERO, ONE = np.int64(0), np.int64(1)
 # the settings of numba are made at run time
@@ -46,7 +41,7 @@ def cache_directory() -> Path:
     all of this package's source.
     """
     here = Path(__file__).parent
-    digest = hashlib.sha256(b"".join(path.read_bytes() for path in sorted(here.glob("*.py")))).hexdigest()[
+    digest = hashlib.sha256(b"".join(path.read_bytes() for path in sorted(here.rglob("*.py")))).hexdigest()[
         :16
     ]
     for parent in (here / "__pycache__", Path(tempfile.gettempdir()) / f"lmls-{os.getuid()}"):

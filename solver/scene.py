@@ -5,13 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal
 
-from solver.cloud_operators import CloudOperators
-from solver.collocation_operators import CollocationOperators, DerivativeName
-from solver.compiled import Array
-from solver.lattice import Lattice
-from solver.point_cloud import PointCloud
-from solver.rheology import Coulomb, EarthPressure, Isotropic, Voellmy
-from solver.terrain import Terrain
+from solver.arrays import Array
+from solver.cloud.operators import CloudOperators
+from solver.collocation.operators import CollocationOperators, DerivativeName
+from solver.physics.earth_pressure import EarthPressure, Isotropic
+from solver.physics.friction import Coulomb, Voellmy
+from solver.physics.terrain import Terrain
+from solver.points.cloud import PointCloud
+from solver.points.lattice import Lattice
 
 Side = Literal["open", "wall", "no-slip"] | float
 
@@ -106,7 +107,7 @@ class Scene:
 
     points : a lattice of shape (ny, nx), or a cloud of shape (n,).
     depth, velocity_x, velocity_y : initial state, means over the cells, of the points' shape, m and m s-1.
-    operators : from `solver.operators.prepare` for runs that share points and choices; by default a run makes
+    operators : from `solver.forms.prepare` for runs that share points and choices; by default a run makes
     its own.
     """
 

@@ -8,23 +8,24 @@ from typing import get_args
 
 import numpy as np
 
-from solver import time_stepping
-from solver.boundary import OPEN
+from solver.arrays import Array
 from solver.checkpoint import Keeper, Watch
-from solver.cloud_simulation import CloudRun
-from solver.cloud_stepping import advance_cloud
-from solver.collocation_run import CollocationRun
-from solver.collocation_stepping import advance_collocation
-from solver.compiled import Array, is_compiled
-from solver.lattice import Lattice
-from solver.lattice_run import LatticeRun
-from solver.operators import Kind, kind_of
-from solver.point_cloud import random_points
-from solver.rheology import Coulomb
-from solver.run_setup import Run
+from solver.cloud.run import CloudRun
+from solver.cloud.time_stepping import advance_cloud
+from solver.collocation.run import CollocationRun
+from solver.collocation.time_stepping import advance_collocation
+from solver.compiled import is_compiled
+from solver.forms import Kind, kind_of
+from solver.kernels import runge_kutta
+from solver.kernels.state import OPEN
+from solver.lattice.run import LatticeRun
+from solver.lattice.time_stepping import advance
+from solver.physics.friction import Coulomb
+from solver.physics.terrain import Plane
+from solver.points.cloud import random_points
+from solver.points.lattice import Lattice
+from solver.run import Run
 from solver.scene import Boundaries, Collocation, Scene, WeightedResidual
-from solver.terrain import Plane
-from solver.time_stepping import advance
 
 __all__ = [
     "Boundaries",
@@ -43,10 +44,10 @@ KINDS: tuple[Kind, ...] = get_args(Kind)
 FRAMES = ("depth", "velocity_x", "velocity_y")
 OUT_OF_TIME = "more time than allowed"
 REASONS = {
-    time_stepping.OUT_OF_STEPS: "more steps than allowed",
-    time_stepping.OUT_OF_TIME: OUT_OF_TIME,
-    time_stepping.NOT_FINITE: "a value that is not finite",
-    time_stepping.COLLAPSED: "the time step collapsed",
+    runge_kutta.OUT_OF_STEPS: "more steps than allowed",
+    runge_kutta.OUT_OF_TIME: OUT_OF_TIME,
+    runge_kutta.NOT_FINITE: "a value that is not finite",
+    runge_kutta.COLLAPSED: "the time step collapsed",
 }
 
 
@@ -170,17 +171,17 @@ def simulate(
     released = run.volume
     run.advance(0.0, max_steps)  # compiles or loads the kernels, off the clock
     watch = Watch(run, kept, max_steps, max_wall, keeper)
-    outcome = time_stepping.REACHED
+    outcome = runge_kutta.REACHED
     for k, time in enumerate(moments[watch.passed :], watch.passed):
-        if outcome != time_stepping.AT_REST:
+        if outcome != runge_kutta.AT_REST:
             outcome = watch.advance(time, k)
-        if outcome == time_stepping.AT_REST and np.isnan(rest_time):
+        if outcome == runge_kutta.AT_REST and np.isnan(rest_time):
             rest_time = run.time
             run.settle()
-        if outcome == time_stepping.AT_REST and not stop_at_rest:
+        if outcome == runge_kutta.AT_REST and not stop_at_rest:
             run.progress.time[0] = time
-        if outcome not in (time_stepping.REACHED, time_stepping.AT_REST):
-            bad = outcome == time_stepping.NOT_FINITE
+        if outcome not in (runge_kutta.REACHED, runge_kutta.AT_REST):
+            bad = outcome == runge_kutta.NOT_FINITE
             failure = Failure(REASONS[outcome], run.time, *(run.place if bad else fastest(run)))
             if bad:
                 run = watch.rewind(begin(scene, run.end, arrival_depth, skip), moments)
@@ -251,7 +252,7 @@ def compile_kernels(kinds: Collection[Kind] = KINDS, piece: int | None = None) -
     kinds : collection of Kind
         Of lattice, cloud and collocation.
     piece : int, optional
-        One of `solver.run_setup.PIECES` that different processes may compile at the same time.
+        One of `solver.run.PIECES` that different processes may compile at the same time.
     """
     for kind in kinds:
         points = random_points((0, 1), (0, 1), 60) if kind == "cloud" else Lattice((0, 1), (0, 1), 0.2)

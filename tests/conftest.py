@@ -7,22 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from catalogue import SCENARIO, SCENARIOS
 
 os.environ.setdefault("NUMBA_NUM_THREADS", "1")
 os.environ.setdefault("MPLBACKEND", "agg")
-
-SCENARIOS = sorted((Path(__file__).parent.parent / "scenarios").glob("*.yaml"))
-
-SCENARIO = """\
-name: {name}
-description: a box on a plane
-terrain: {{profile: plane, angle: 30}}
-domain: {{x: [0, 10], y: [-2, 2]}}
-points: {{layout: lattice, spacing: 0.5}}
-release: {{shape: box, x: [1, 3], y: [-1, 1], height: 0.5}}
-material: {{bed_friction: 25, earth_pressure: isotropic}}
-time: {{end: 1, output_every: 0.5}}
-"""
 
 
 @pytest.fixture
@@ -62,14 +50,14 @@ class Shipped:
 def shipped(tmp_path_factory: pytest.TempPathFactory) -> Shipped:
     """Run every shipped scenario once, as a user does."""
     out = tmp_path_factory.mktemp("catalogue") / "results"
-    command = [sys.executable, "-m", "pipeline.cli", "run", *SCENARIOS, "--out", out]
+    command = [sys.executable, "-m", "pipeline", "run", *SCENARIOS, "--out", out]
     return Shipped(out, subprocess.run(command, capture_output=True, text=True, check=False))
 
 
 @pytest.fixture(scope="session")
 def cluster() -> Iterator[object]:
     """Two worker processes for the whole session."""
-    from pipeline.local_workers import workers
+    from pipeline.batch.local_workers import workers
 
     with workers(2) as client:
         yield client
@@ -83,4 +71,4 @@ def shared_workers(cluster: object, monkeypatch: pytest.MonkeyPatch) -> None:
     def given(count: int) -> Iterator[object]:
         yield cluster
 
-    monkeypatch.setattr("pipeline.catalogue.workers", given)
+    monkeypatch.setattr("pipeline.batch.driver.workers", given)

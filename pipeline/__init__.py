@@ -1,0 +1,1 @@
+"""Scenario files, batches of runs, stores, assessment, maps and reports."""

@@ -1,0 +1,1 @@
+"""From stores to probabilities, tables, receptors, sensitivity and calibration."""

@@ -1,0 +1,146 @@
+"""Runs scored by an observed deposit, and what they say of the parameters."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+from numpy.typing import NDArray
+
+from pipeline.assess.ensemble import weights
+from pipeline.assess.frames import cell_area, space
+from pipeline.assess.observed import ObservationError, Observed
+from pipeline.assess.sensitivity import varied
+from pipeline.assess.statistics import Values
+from pipeline.assess.tables import behind
+from pipeline.store.variables import COMPUTED, STATUS, Status
+
+Array = NDArray[np.float64]
+SHARES = (0.05, 0.5, 0.95)
+
+
+def score(store: xr.Dataset, observed: Observed, threshold: float) -> pd.DataFrame:
+    """Score every run of a store.
+
+    Parameters
+    ----------
+    store : Dataset
+        With the field ``deposit_depth``.
+    observed : Observed
+        On the cells of the store.
+    threshold : float
+        Depth above which a cell is part of the deposit, m.
+
+    Returns
+    -------
+    DataFrame
+        A row a run, the best first: ``scenario``, ``run``, ``status``, the varied parameters,
+        ``critical_success_index`` (area of both deposits over that of either), ``hit_rate``,
+        ``false_alarm_ratio``, ``runout_misfit`` (horizontal distance from the observed toe on, m), and with
+        observed depths ``volume_misfit`` (relative to the observed volume) and ``depth_rmse`` (m, over the
+        area of either). Runs that were not computed are there, without a score.
+
+    Raises
+    ------
+    ObservationError
+        If the store lacks the deposit.
+    """
+    title = str(store.attrs["title"])
+    if "deposit_depth" not in store:
+        raise ObservationError(f"{title}: expected deposit_depth, which output.fields leaves out")
+    over = space(store)
+    area = np.broadcast_to(cell_area(store).to_numpy(), [store.sizes[d] for d in over]).ravel()
+    distance = _by_run(xr.broadcast(store["horizontal_distance"], store["y"])[0], store)
+    deposits = _by_run(store["deposit_depth"], store)
+    states = store[STATUS.name].to_numpy()
+    rows = []
+    for run, state in enumerate(states):
+        row: dict[str, object] = {"scenario": title, "run": run, "status": Status(state).words}
+        row |= {name: held[run] for name, held in varied(store).items()}
+        rows.append(row)
+        if state not in COMPUTED:
+            continue
+        deposit = deposits.isel(run=run).to_numpy().astype(np.float64).ravel()
+        row |= _scores(deposit, distance.isel(run=run).to_numpy().ravel(), area, observed, threshold)
+    table = pd.DataFrame(rows)
+    if "critical_success_index" not in table:
+        raise ObservationError(f"{title}: no run was computed")
+    return table.sort_values("critical_success_index", ascending=False, ignore_index=True)
+
+
+def _by_run(field: xr.DataArray, store: xr.Dataset) -> xr.DataArray:
+    """Give a field with the dimension ``run`` first and those of the points in their order."""
+    whole = field if "run" in field.dims else field.expand_dims(run=store.sizes["run"])
+    return whole.transpose("run", *space(store))
+
+
+def _scores(
+    deposit: Array, distance: Array, area: Array, observed: Observed, threshold: float
+) -> dict[str, float]:
+    covered = deposit > threshold
+    sets = (covered & observed.covered, covered | observed.covered, observed.covered, covered)
+    both, either, seen, made = (float(area[cells].sum()) for cells in sets)
+    toe = float(distance[covered].max()) if made else np.nan
+    scores = {
+        "critical_success_index": both / either,
+        "hit_rate": both / seen,
+        "false_alarm_ratio": 1 - both / made if made else 0.0,
+        "runout_misfit": toe - float(distance[observed.covered].max()),
+    }
+    if observed.depth is not None:
+        volume = float((observed.depth * area).sum())
+        square = ((deposit - observed.depth) ** 2 * area)[covered | observed.covered].sum() / either
+        scores |= {
+            "volume_misfit": float((deposit * area).sum()) / volume - 1,
+            "depth_rmse": float(np.sqrt(square)),
+        }
+    return scores
+
+
+def posterior(store: xr.Dataset, scores: pd.DataFrame, accepted: float) -> pd.DataFrame:
+    """Table ranges of the parameters before and after the observation.
+
+    The runs with the best critical success index are accepted, each weighted by its index and its weight in
+    the scenario (generalised likelihood uncertainty estimation).
+
+    Parameters
+    ----------
+    store : Dataset
+        The scenario's store.
+    scores : DataFrame
+        As ``score`` gives them.
+    accepted : float
+        Share of the computed runs that is accepted.
+
+    Returns
+    -------
+    DataFrame
+        A row for each numeric parameter: its value in the best run, its 5, 50 and 95 % quantiles over all
+        runs (``prior_``) and over accepted ones (``posterior_``), and the runs behind it.
+
+    References
+    ----------
+    Beven & Binley 1992, The future of distributed models, https://doi.org/10.1002/hyp.3360060305
+    """
+    known = scores.dropna(subset=["critical_success_index"])
+    best = known.head(max(1, round(accepted * len(known))))
+    runs = best["run"].to_numpy()
+    weight = weights(store)
+    likelihood = weight[runs] * best["critical_success_index"].to_numpy()
+    if not likelihood.sum():
+        raise ObservationError(f"{store.attrs['title']}: no run overlaps the observed deposit")
+    rows = []
+    for name, held in varied(store).items():
+        if held.dtype.kind not in "fiu":
+            continue
+        row: dict[str, object] = {**behind(store), "runs_accepted": len(best), "parameter": name}
+        row["best_run"] = held[runs[0]]
+        for when, chosen, share in (
+            ("prior", held, weight),
+            ("posterior", held[runs], likelihood / likelihood.sum()),
+        ):
+            nothing = np.zeros(len(chosen), bool)
+            found = Values(chosen.astype(np.float64), share, nothing, nothing).quantile(SHARES).estimate
+            row |= {f"{when}_q{100 * s:02.0f}": float(q) for s, q in zip(SHARES, found, strict=True)}
+        rows.append(row)
+    return pd.DataFrame(rows)

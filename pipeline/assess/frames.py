@@ -1,0 +1,68 @@
+"""What the frames of a store come down to: extent, volume and speeds of the flow at each output time."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import xarray as xr
+
+from pipeline.runs.runs import DEFAULT_THRESHOLD
+
+
+def cell_area(store: xr.Dataset) -> xr.DataArray:
+    """Area of the cells, m2: of each point of a cloud, one number on a lattice."""
+    if "area" in store:
+        return store["area"]
+    spacings = (float(np.ptp(store[axis].to_numpy())) / (store.sizes[axis] - 1) for axis in ("x", "y"))
+    return xr.DataArray(np.prod(list(spacings)))
+
+
+def mean_spacing(store: xr.Dataset) -> float:
+    """Root of the area per point of a cloud, m."""
+    return float(np.sqrt(store["area"].mean()))
+
+
+def space(store: xr.Dataset) -> list[str]:
+    """Names of the dimensions that count points."""
+    return ["point"] if "point" in store.dims else ["y", "x"]
+
+
+def follow(store: xr.Dataset, threshold: float | None = None) -> xr.Dataset:
+    """Follow the flow through the frames of a store.
+
+    Parameters
+    ----------
+    store : Dataset
+        A scenario's store with its frames of depth and velocity, or a selection of its runs and times.
+    threshold : float, optional
+        Depth above which a cell belongs to the body of the flow, m; below it is film. By default the
+        scenario's own.
+
+    Returns
+    -------
+    Dataset
+        Over ``run`` and ``time``: ``front_x``, ``tail_x``, ``half_width`` (half the extent across the bed) of
+        the body, m; ``volume``, m3; ``volume_error``, relative to the first frame; ``deepest``, m;
+        ``body_speed`` and ``film_speed``, the largest ones, m s-1. NaN where a frame was not computed.
+    """
+    depth, over = store["depth"], space(store)
+    if threshold is None:
+        threshold = json.loads(store.attrs["scenario_content"])["output"]["threshold"]
+    if threshold is None:
+        threshold = DEFAULT_THRESHOLD * float(depth.isel(time=0).max())
+    body, known = depth > threshold, depth.notnull().any(over)
+    speed = (store["velocity_x"] ** 2 + store["velocity_y"] ** 2) ** 0.5
+    x, y = store["x"].where(body), store["y"].where(body)
+    volume = (depth.astype(np.float64) * cell_area(store)).sum(over)
+    found = {
+        "front_x": x.max(over),
+        "tail_x": x.min(over),
+        "half_width": (y.max(over) - y.min(over)) / 2,
+        "volume": volume,
+        "volume_error": volume / volume.isel(time=0) - 1,
+        "deepest": depth.max(over),
+        "body_speed": speed.where(body).max(over),
+        "film_speed": speed.where((depth > 0) & ~body).max(over).fillna(0),
+    }
+    return xr.Dataset({name: values.where(known) for name, values in found.items()})

@@ -1,0 +1,141 @@
+"""Pictures from a store."""
+
+from __future__ import annotations
+
+import json
+import math
+import textwrap
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import BoundaryNorm
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from pipeline.assess.frames import mean_spacing
+from pipeline.assess.gridding import gridded
+
+PANEL_WIDTH = 4.6
+LEVELS = 10
+# thin films stay pale, so that the eye goes to the bulk
+COLOURS = "YlGnBu"
+CHARACTERS_PER_INCH = 13
+
+
+def depth_panels(store: xr.Dataset, run: int, path: Path, most: int | None = None) -> None:
+    """Draw the depth of a run at its output times after the start, one panel a time, on one scale.
+
+    A cloud is drawn on a lattice of its mean spacing.
+
+    Parameters
+    ----------
+    store : Dataset
+        A scenario's store.
+    run : int
+        Position of the run.
+    path : Path
+        Picture to write; its suffix says of what kind.
+    most : int, optional
+        Panels at most, evenly spread over the output times, the last among them; by default all.
+
+    Raises
+    ------
+    ValueError
+        If there is no such run, it was not done, or its depth was not kept.
+    OSError
+        If the picture cannot be written.
+    """
+    if not 0 <= run < store.sizes["run"]:
+        raise ValueError(f"there is no run {run}: the store holds {store.sizes['run']}, counted from 0")
+    if "depth" not in store:
+        raise ValueError("the store keeps no depth")
+    frames = store[["depth"]].isel(run=run)
+    frames = frames.isel(time=frames["time"].to_numpy() > 0).dropna("time", how="all")
+    if most is not None and frames.sizes["time"] > most:
+        every = -(-frames.sizes["time"] // most)
+        frames = frames.isel(time=slice((frames.sizes["time"] - 1) % every, None, every))
+    if not frames.sizes["time"]:
+        raise ValueError(f"run {run} has no frames: it was not done, or failed at once")
+    if "point" in frames.dims:
+        frames = gridded(frames, mean_spacing(frames))
+    depth = frames["depth"].load()
+    x, y = depth["x"].to_numpy(), depth["y"].to_numpy()
+    shape = (y[-1] - y[0]) / (x[-1] - x[0])
+    columns = _columns(depth.sizes["time"], shape)
+    rows = math.ceil(depth.sizes["time"] / columns)
+    height = float(np.clip(PANEL_WIDTH * shape, 0.7, 9.0))
+    figure = Figure(
+        figsize=(PANEL_WIDTH * columns + 1.1, (height + 0.3) * rows + 0.9), layout="compressed", dpi=150
+    )
+    axes = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+    levels = MaxNLocator(LEVELS, min_n_ticks=5).tick_values(0, max(float(depth.max()), 1e-6))
+    filled = [levels[1] / 20, *levels[1:]]
+    norm = BoundaryNorm(levels, colormaps[COLOURS].N)
+    for panel, frame in zip(axes.flat, depth, strict=False):
+        values = frame.to_numpy()
+        panel.contourf(x, y, values, levels=filled, cmap=COLOURS, norm=norm)
+        panel.contour(x, y, values, levels=filled, colors="k", linewidths=0.3)
+        _draw_bend(panel, _bend(store, run))
+        _label(panel, float(frame["time"]), ticks=int(np.clip(PANEL_WIDTH * shape / 0.3, 1, 5)))
+    for panel in list(axes.flat)[depth.sizes["time"] :]:
+        panel.set_visible(False)
+    figure.colorbar(ScalarMappable(norm, COLOURS), ax=axes, label="depth (m)", aspect=30, pad=0.02)
+    for panel in axes[-1]:
+        panel.set_xlabel("along the bed (m)")
+    figure.supylabel("across the bed (m)", fontsize="medium")
+    description = textwrap.fill(store.attrs["comment"], int(CHARACTERS_PER_INCH * figure.get_figwidth()))
+    figure.suptitle(f"{title_of(store, run)}\n{description}".strip(), fontsize="medium")
+    figure.savefig(path, bbox_inches="tight")
+
+
+def _columns(frames: int, shape: float) -> int:
+    """Columns of panels that make a picture about as wide as high."""
+    best = range(1, frames + 1)
+    return min(best, key=lambda n: abs(math.log(math.ceil(frames / n) * (shape + 0.08) / n / 0.8)))
+
+
+def _label(panel: Axes, time: float, ticks: int) -> None:
+    panel.set_aspect("equal")
+    panel.yaxis.set_major_locator(MaxNLocator(ticks, integer=True, min_n_ticks=1))
+    panel.set_title(f"t = {time:g} s", fontsize="medium", loc="left", pad=3)
+
+
+def _draw_bend(panel: Axes, bounds: list[float]) -> None:
+    for bound in bounds:
+        panel.axvline(bound, color="0.5", linestyle=(0, (4, 3)), linewidth=0.7, zorder=0)
+    if bounds:
+        panel.text(
+            sum(bounds) / 2,
+            0.97,
+            "bend",
+            transform=panel.get_xaxis_transform(),
+            horizontalalignment="center",
+            verticalalignment="top",
+            fontsize="x-small",
+            color="0.4",
+        )
+
+
+def _bend(store: xr.Dataset, run: int) -> list[float]:
+    """Where the bend of the bed begins and ends, m; empty for other profiles."""
+    terrain = json.loads(store.attrs["scenario_content"]).get("terrain", {})
+    if terrain.get("profile") != "bend":
+        return []
+    swept = {c.attrs.get("key"): c[run].item() for c in store.coords.values() if c.dims == ("run",)}
+    return [float(swept.get(f"terrain.{end}", terrain[end])) for end in ("start", "end")]
+
+
+def title_of(store: xr.Dataset, run: int) -> str:
+    """Name of the scenario, and the run's parameters where it has some."""
+    varied = [c.isel(run=run) for c in store.coords.values() if c.dims == ("run",) and "key" in c.attrs]
+    given = ", ".join(
+        f"{str(c.name).replace('_', ' ')} {c.item():g} {c.attrs['units']}"
+        if c.dtype.kind == "f"
+        else f"{str(c.name).replace('_', ' ')} {c.item()}"
+        for c in varied
+    )
+    return f"{store.attrs['title']}{': ' if given else ''}{given}"

@@ -1,0 +1,126 @@
+"""What reaches receptors: named points, lines and areas, by the cells of a store that they are in."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+from matplotlib.path import Path as Outline
+from numpy.typing import NDArray
+from scipy.spatial import KDTree
+
+from pipeline.assess.frames import cell_area, space
+from pipeline.scenario.scenario import stored
+from pipeline.settings.receptor import Receptor
+from pipeline.settings.section import Pair
+from pipeline.store.variables import COMPUTED, STATUS, Status
+
+Array = NDArray[np.float64]
+
+# Steps along a line in spacings: it misses no cell that it crosses over a tenth of its width.
+STEP = 0.1
+FIELDS = ("max_depth", "max_speed", "arrival_time")
+
+
+class Cells:
+    """The cells of a store, and which of them hold a place: those of the nearest points."""
+
+    def __init__(self, store: xr.Dataset) -> None:
+        x, y = xr.broadcast(store["x"], store["y"])
+        over = space(store)
+        self.points = np.stack([a.transpose(*over).to_numpy().ravel() for a in (x, y)], axis=1)
+        self.spacing = float(np.sqrt(np.min(cell_area(store))))
+
+    @cached_property
+    def _tree(self) -> KDTree:
+        return KDTree(self.points)
+
+    def of(self, receptor: Receptor) -> NDArray[np.intp]:
+        """Give the cells of a receptor, in the order of the store's points, shape (cells,)."""
+        if receptor.point is not None:
+            return self._nearest(np.array([receptor.point]))
+        if receptor.line is not None:
+            return self._nearest(self._along(receptor.line))
+        assert receptor.polygon is not None
+        corners = (*receptor.polygon, receptor.polygon[0])
+        inside = Outline(np.array(corners)).contains_points(self.points)
+        return np.union1d(np.flatnonzero(inside), self._nearest(self._along(corners)))
+
+    def _along(self, corners: tuple[Pair, ...]) -> Array:
+        """Points along a line, shape (points, 2), m."""
+        pieces = []
+        for start, end in zip(np.array(corners[:-1]), np.array(corners[1:]), strict=True):
+            count = int(np.hypot(*(end - start)) / (STEP * self.spacing)) + 2
+            pieces.append(np.linspace(start, end, count))
+        return np.concatenate(pieces)
+
+    def _nearest(self, places: Array) -> NDArray[np.intp]:
+        _, index = self._tree.query(places)
+        return np.unique(index)
+
+
+def reached(store: xr.Dataset) -> pd.DataFrame:
+    """Table what reaches each receptor of a scenario in each of its runs.
+
+    Parameters
+    ----------
+    store : Dataset
+        The scenario's store, with the fields ``max_depth``, ``max_speed`` and ``arrival_time``.
+
+    Returns
+    -------
+    DataFrame
+        A row for each receptor and run: ``scenario``, ``run``, ``status``, ``receptor``, ``reached``,
+        ``max_depth`` (m), ``max_speed`` (m s-1), ``max_pressure`` (dynamic pressure, density times speed
+        squared, kPa), ``arrival_time`` (s). The largest of its cells, and the first arrival. What was not
+        computed is missing. Empty where the scenario has no receptors.
+
+    Raises
+    ------
+    ValueError
+        If the scenario has receptors and the store lacks a field.
+    """
+    said = stored(store.attrs)
+    receptors, density = said.receptors, said.hazard.density
+    missing = [name for name in FIELDS if name not in store]
+    if receptors and missing:
+        title = store.attrs["title"]
+        raise ValueError(f"{title}: receptors need {', '.join(missing)}, which output.fields leaves out")
+    states = store[STATUS.name].to_numpy()
+    computed = np.isin(states, COMPUTED)
+    cells = Cells(store) if receptors else None
+    tables = []
+    for receptor in receptors:
+        assert cells is not None
+        at = xr.DataArray(cells.of(receptor), dims="cell")
+        held = {name: _over(store[name], store, at) for name in FIELDS}
+        largest = {name: np.where(computed, held[name].max("cell"), np.nan) for name in FIELDS[:2]}
+        arrival = held["arrival_time"].min("cell").to_numpy()
+        speed = largest["max_speed"]
+        tables.append(
+            pd.DataFrame(
+                {
+                    "scenario": str(store.attrs["title"]),
+                    "run": store["run"].to_numpy(),
+                    "status": [Status(s).words for s in states],
+                    "receptor": receptor.name,
+                    "reached": pd.array(np.isfinite(arrival), "boolean"),
+                    **largest,
+                    "max_pressure": density * speed**2 / 1000,
+                    "arrival_time": np.where(computed, arrival, np.nan),
+                }
+            )
+        )
+        tables[-1].loc[~computed, "reached"] = pd.NA
+    columns = ["scenario", "run", "status", "receptor", "reached", *FIELDS[:2], "max_pressure", FIELDS[2]]
+    return pd.concat(tables, ignore_index=True) if tables else pd.DataFrame(columns=columns)
+
+
+def _over(field: xr.DataArray, store: xr.Dataset, at: xr.DataArray) -> xr.DataArray:
+    """Give a field at some cells, shape (runs, cells)."""
+    over = space(store)
+    places = np.unravel_index(at.to_numpy(), [store.sizes[d] for d in over])
+    index = {d: xr.DataArray(place, dims="cell") for d, place in zip(over, places, strict=True)}
+    return field.isel(index).transpose("run", "cell").astype(np.float64)

@@ -1,0 +1,1 @@
+"""A batch of runs: driver, scheduling on worker processes, limits, checkpoints and failures."""

@@ -1,0 +1,256 @@
+"""Scenarios completed in a place: their stores checked or made, what is left done, the table written."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Collection, Container, Iterator, Sequence
+from contextlib import AbstractContextManager, ExitStack, contextmanager
+from dataclasses import dataclass, replace
+from functools import partial
+from importlib.util import find_spec
+from pathlib import Path
+
+import pandas as pd
+from dask.system import CPU_COUNT
+from distributed import Client
+from rich.console import Console
+
+from pipeline.batch.checkpoints import EVERY_SECONDS, Checkpoints
+from pipeline.batch.compilation import compile_once, head_start
+from pipeline.batch.failures import listed
+from pipeline.batch.interrupts import heard
+from pipeline.batch.limits import UNLIMITED, Limits
+from pipeline.batch.local_workers import workers
+from pipeline.batch.progress import Progress, shown
+from pipeline.batch.scheduling import Ending, Todo, execute, execute_here, pending, threads
+from pipeline.batch.task import Solve
+from pipeline.runs.domain_search import settled
+from pipeline.runs.duplicates import copies
+from pipeline.runs.runs import Runs, expand
+from pipeline.runs.shared_points import SharedPoints, kept, share
+from pipeline.runs.template import said, shares, template
+from pipeline.scenario.scenario import Scenario, differences
+from pipeline.store import layout, provenance, run_table, zarr_store
+from pipeline.store.place import WHOLE, Part, checkpoint_path, log_path, store_path, summary_path
+from pipeline.store.storage import is_made, is_url
+from pipeline.store.variables import Status
+from solver.forms import Kind
+from solver.points.lattice import Lattice
+from solver.simulation import compile_kernels, simulate
+
+Engine = Callable[[int], AbstractContextManager[Client]]
+
+
+class ChangedError(Exception):
+    """Stores were made from something else than is asked for now; ``str()`` has a line a difference."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a place holds after a batch: the status of every run asked for, the table, how the batch ended."""
+
+    ending: Ending
+    statuses: Counter[Status]
+    table: pd.DataFrame
+
+    @property
+    def exit_code(self) -> int:
+        """0 all done, 1 some failed, 3 trouble of the place, 130 interrupted."""
+        if self.ending.interrupted:
+            return 130
+        if self.ending.trouble:
+            return 3
+        return 1 if self.statuses[Status.FAILED] else 0
+
+
+def complete(
+    scenarios: Sequence[Scenario],
+    out: Path,
+    console: Console,
+    *,
+    count: int | None = None,
+    overwrite: bool = False,
+    retry_failed: bool = False,
+    limits: Limits = UNLIMITED,
+    checkpoint_every: float = EVERY_SECONDS,
+    engine: Engine | None = None,
+    part: Part = WHOLE,
+    sweep: bool = True,
+    log: Path | None = None,
+    solve: Solve = simulate,
+) -> Outcome:
+    """Do what is left of scenarios in a place the caller holds, and write its table.
+
+    Parameters
+    ----------
+    scenarios : sequence of Scenario
+        With names of their own.
+    out : Path
+        The place; workers elsewhere see it under the same name.
+    console : Console
+        Where progress is shown.
+    count : int, optional
+        Worker processes at most; by default one for every core this process may use.
+    overwrite, retry_failed : bool
+        Replace stores that something else was made from or by; do failed runs again.
+    limits : Limits
+        Of every run.
+    checkpoint_every : float
+        Elapsed time of a run between two checkpoints, s.
+    engine : callable, optional
+        Gives a client of other workers than local ones, in a ``with``.
+    part : Part
+        What to do of the runs; a part is done in this process.
+    sweep : bool
+        Whether to remove what killed writers left: nobody else may be writing.
+    log : Path, optional
+        File that gets a line a run, by default one of the place, at a URL none: nothing is appended to there.
+    solve : callable
+        The solver.
+
+    Raises
+    ------
+    ChangedError
+        If a store was made from a changed scenario, or by another solver, and is not to be overwritten;
+        nothing is done then.
+    BadInput
+        If points are not fit; nothing is written then.
+    OSError
+        If a store cannot be made or read.
+    """
+    out = out if is_url(out) else out.absolute()
+    log = log or (None if is_url(out) else log_path(out))
+    replaced = _changed(scenarios, out)
+    if replaced and not overwrite:
+        raise ChangedError("\n".join(line for lines in replaced.values() for line in lines))
+    if sweep:
+        zarr_store.sweep_partials(out)
+    if part == WHOLE:
+        for scenario in scenarios:
+            path = store_path(out, scenario.name)
+            if is_made(path) and scenario.name not in replaced:
+                layout.restate(path, said(scenario), shares(scenario))
+    left: list[Todo] = []
+    kinds: set[Kind] = set()
+    with ExitStack() as stack:
+        for scenario, runs, shared in _shared(scenarios, out, replaced, retry_failed, console):
+            kinds |= shared.kinds
+            path = store_path(out, scenario.name)
+            folder = checkpoint_path(out, scenario.name)
+            checkpoints = Checkpoints(folder, provenance.identity(scenario.digest), checkpoint_every)
+            if scenario.name in replaced or not is_made(path):
+                checkpoints.clear()
+                layout.create(path, template(scenario, runs, shared), replace=scenario.name in replaced)
+            carried: SharedPoints | Path = shared
+            if part == WHOLE:
+                carried = stack.enter_context(kept(shared, out / f".{scenario.name}.points.partial"))
+            wanted = pending(path, retry_failed)
+            left.append(Todo(scenario, path, runs, carried, wanted, limits, checkpoints, part))
+        left = _sharing(left, scenarios, out)
+        ending = _execute(left, kinds, console, count, engine, part, log, solve)
+    whole = run_table.read(out)
+    try:
+        run_table.write(whole, summary_path(out))
+    except OSError as error:
+        ending.trouble = ending.trouble or str(error)
+    counts = Counter(Status(s) for sc in scenarios for s in zarr_store.statuses(store_path(out, sc.name)))
+    return Outcome(ending, counts, whole)
+
+
+def _sharing(left: Sequence[Todo], scenarios: Sequence[Scenario], out: Path) -> list[Todo]:
+    """Tell what is left of the runs that others have the physics of, finished ones first."""
+    names = {each.scenario.name for each in left}
+    finished = [
+        settled(scenario, store_path(out, scenario.name), lambda line: None)
+        for scenario in scenarios
+        if scenario.name not in names
+    ]
+    same = copies([*finished, *(each.scenario for each in left)], out) if left else {}
+    return [replace(each, same=same.get(each.path, {})) for each in left]
+
+
+def _shared(
+    scenarios: Sequence[Scenario],
+    out: Path,
+    replaced: Container[str],
+    retry_failed: bool,
+    console: Console,
+) -> list[tuple[Scenario, Runs, SharedPoints]]:
+    """Make the points of scenarios that have something left to do, before anything is written."""
+    made = []
+    for scenario in scenarios:
+        path = store_path(out, scenario.name)
+        if scenario.name in replaced or not is_made(path) or pending(path, retry_failed).any():
+            known = None if scenario.name in replaced else path
+            scenario = settled(scenario, known, partial(console.print, highlight=False))
+            runs = expand(scenario)
+            # all runs have one scheme, unless it is swept
+            swept = any(key.startswith("scheme.") for key in scenario.settings.varied)
+            shared = share(scenario, runs if swept else runs[:1])
+            if not isinstance(shared.points, Lattice):
+                console.print(f"{scenario.name}: {len(shared.points):,} points", highlight=False)
+            made.append((scenario, runs, shared))
+    return made
+
+
+def _changed(scenarios: Sequence[Scenario], out: Path) -> dict[str, list[str]]:
+    """Say by name of scenario what changed since its store was made; without those that did not change."""
+    found: dict[str, list[str]] = {}
+    for scenario in scenarios:
+        path = store_path(out, scenario.name)
+        if not is_made(path):
+            continue
+        before = zarr_store.attributes(path)
+        if "scenario_content" not in before:
+            raise FileExistsError(f"{path} is not a store of scenarios; move it away")
+        lines: list[str] = []
+        if before["scenario_hash"] != scenario.digest:
+            changed = differences(str(before["scenario_content"]), scenario.content)
+            lines += [f"{path}: made from a changed scenario: {line}" for line in changed]
+        lines += [f"{path}: made by something else: {line}" for line in provenance.differences(before)]
+        if lines:
+            found[scenario.name] = lines
+    return found
+
+
+@contextmanager
+def _reported(console: Console, total: int, log: Path | None, left: Sequence[Todo]) -> Iterator[Progress]:
+    """Show progress while a batch lasts, and list the runs that failed once it is over."""
+    with shown(console, total, log) as progress:
+        yield progress
+    for line in listed([each.scenario for each in left], progress.failures):
+        progress.tell(line)
+
+
+def _execute(
+    left: Sequence[Todo],
+    kinds: Collection[Kind],
+    console: Console,
+    count: int | None,
+    engine: Engine | None,
+    part: Part,
+    log: Path | None,
+    solve: Solve,
+) -> Ending:
+    total = sum(each.runs_left for each in left)
+    if not total:
+        return Ending()
+    width = min(count or CPU_COUNT, sum(len(each.starts) for each in left))
+    # what can be copied from others comes when these are done
+    jobs = (job for again in (False, True) for each in left for job in each.jobs(again=again))
+    try:
+        with _reported(console, total, log, left) as progress, heard(progress.tell) as interrupts:
+            if part != WHOLE:
+                return execute_here(jobs, progress.report, interrupts, solve)
+            # workers elsewhere have a disk of their own
+            with head_start(() if engine else kinds) as ahead, (engine or workers)(width) as client:
+                if engine is not None:
+                    width = threads(client)
+                if find_spec("bokeh") is not None:
+                    progress.tell(f"Dask dashboard: {client.dashboard_link}")
+                rest = partial(compile_kernels, sorted(kinds))
+                compile_once(client, progress.tell, interrupts, rest, ahead)
+                tell = progress.report, interrupts, solve, progress.under_way
+                return execute(client, width, jobs, *tell)
+    except KeyboardInterrupt:
+        return Ending(interrupted=True)

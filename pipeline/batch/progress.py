@@ -1,0 +1,97 @@
+"""Progress of a batch: a bar on a terminal, plain lines otherwise."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, suppress
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from time import monotonic
+from typing import IO
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import Progress as Bar
+
+from pipeline.batch.task import Outcome
+from pipeline.store.variables import Status
+
+LINES = 50
+
+
+class Progress:
+    """Counts what became of the runs of a batch, and shows it."""
+
+    def __init__(self, console: Console, total: int, log: IO[str] | None = None) -> None:
+        self.console = console
+        self.log = log
+        self.failures: list[Outcome] = []
+        self.running = 0
+        self._began = monotonic()
+        self.total = total
+        self.ended = 0
+        self.failed = 0
+        self._every = max(1, total // LINES)
+        self._bar = Bar(
+            TextColumn("runs"),
+            BarColumn(),
+            MofNCompleteColumn(),
+            TextColumn("{task.fields[running]}"),
+            TextColumn("{task.fields[failed]}"),
+            TimeElapsedColumn(),
+            TimeRemainingColumn(),
+            console=console,
+            disable=not console.is_terminal,
+        )
+        self._task = self._bar.add_task("runs", total=total, failed="", running="")
+
+    def report(self, outcome: Outcome) -> None:
+        """Show a run that ended; failures always get a line of their own."""
+        self.ended += 1
+        failed = outcome.status is Status.FAILED
+        self.failed += failed
+        self._note(outcome)
+        if failed:
+            self.failures.append(outcome)
+        name = f"{outcome.path.stem} run {outcome.run}"
+        if failed:
+            self.tell(f"{name}: failed: {outcome.reason}")
+        elif not self.console.is_terminal and self.ended % self._every == 0:
+            left = (self.total - self.ended) * (monotonic() - self._began) / self.ended
+            state = f"{self.failed} failed, {self.running} running, {timedelta(seconds=round(left))} left"
+            self.tell(f"{self.ended} of {self.total} ({state}): {name}: {outcome.status.words}")
+        self._bar.update(self._task, advance=1, failed=f"[red]{self.failed} failed[/]" if self.failed else "")
+
+    def under_way(self, runs: int) -> None:
+        """Show how many runs have been handed to workers."""
+        self.running = runs
+        self._bar.update(self._task, running=f"{runs} running")
+
+    def _note(self, outcome: Outcome) -> None:
+        """Write the run's line of the log; a log without room is no reason to stop."""
+        if self.log is None:
+            return
+        now = datetime.now(UTC).isoformat(timespec="seconds")
+        line = f"{now} {outcome.path.stem} run {outcome.run}: {outcome.status.words}, {outcome.elapsed:.3g} s"
+        with suppress(OSError):
+            self.log.write(f"{line}{': ' if outcome.reason else ''}{outcome.reason}\n")
+            self.log.flush()
+
+    def tell(self, line: str) -> None:
+        """Print a line above the bar."""
+        self.console.print(line, markup=False, highlight=False, soft_wrap=True)
+
+
+@contextmanager
+def shown(console: Console, total: int, log: Path | None) -> Iterator[Progress]:
+    """Show the progress of a batch of ``total`` runs while it lasts, and add a line a run to a log."""
+    with ExitStack() as stack:
+        try:
+            opened: IO[str] | None = None
+            if log is not None:
+                opened = stack.enter_context(log.open("a", encoding="utf-8"))
+        except OSError as error:
+            console.print(f"no log is kept: {error}", markup=False, highlight=False)
+        progress = Progress(console, total, opened)
+        stack.enter_context(progress._bar)
+        yield progress

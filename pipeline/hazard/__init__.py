@@ -1,0 +1,1 @@
+"""Hazard maps: thresholds, intensity classes, and the files and pictures of the maps."""

@@ -1,0 +1,53 @@
+"""The files of hazard maps: pictures, and what other programs read where the profile is georeferenced."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from pipeline.assess.georeference import Frame, frame
+from pipeline.hazard import geo_files
+from pipeline.hazard.layers import layers
+from pipeline.hazard.pictures import draw
+from pipeline.settings.hazard import Georeference
+
+WITHOUT_GEO = "no GeoTIFF and GeoPackage without the extra geo: pip install 'lmls[geo]'"
+
+
+def ground(found: xr.Dataset) -> Frame | None:
+    """Give the frame of hazard maps; None where they have no georeference.
+
+    Raises
+    ------
+    GeoreferenceError
+        If the profile differs between the runs.
+    """
+    text = found.attrs.get("georeference")
+    return frame(found, Georeference.model_validate_json(text)) if text else None
+
+
+def write_maps(found: xr.Dataset, folder: Path, tell: Callable[[str], None]) -> list[Path]:
+    """Write hazard maps to a folder that is there; what each is called stands in `pipeline.hazard.layers`.
+
+    Without the extra ``geo`` pictures alone are written, and ``tell`` gets a line that says so.
+
+    Raises
+    ------
+    GeoreferenceError
+        If the maps cannot be laid on the ground.
+    OSError
+        If something cannot be written.
+    """
+    placed = ground(found)
+    shares = tuple(np.atleast_1d(found.attrs["outlines"]).tolist())
+    written: list[Path] = []
+    if placed is not None:
+        try:
+            geo_files.check(placed.georeference.crs)
+            written = geo_files.write(found, placed, shares, folder)
+        except ImportError:
+            tell(WITHOUT_GEO)
+    return [*(draw(layer, found, placed, folder / f"{layer.name}.png") for layer in layers(found)), *written]

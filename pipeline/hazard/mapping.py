@@ -1,0 +1,263 @@
+"""Hazard of the runs of a place: shares that exceed thresholds, quantiles, arrival, intensity and level."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import dask
+import numpy as np
+import xarray as xr
+
+from pipeline.assess.ensemble import Counts, NotTogetherError, counts, ensemble, together
+from pipeline.assess.exceedance import BOUNDS, Shares, exceedance, mean_arrival, quantiles, share
+from pipeline.hazard import intensity
+from pipeline.scenario.scenario import stored
+from pipeline.settings.hazard import Hazard
+from pipeline.store.place import store_paths
+from pipeline.store.storage import whole
+from pipeline.store.variables import COORDINATES
+from pipeline.store.zarr_store import open_store
+
+FILE = "hazard.nc"
+WHOLE = "all scenarios"
+# each holds a chunk of runs
+THREADS = 2
+PASCALS = 1000.0
+BOUND_NAMES = {
+    "": "",
+    "_lower": ", if no failed or pending run does, and overrun ones do as they were computed",
+    "_upper": ", if all failed, pending and overrun runs do",
+}
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """Something that is mapped: the maximum it comes from, and what it is called."""
+
+    name: str
+    field: str
+    units: str
+    long_name: str
+
+
+QUANTITIES = (
+    Quantity("depth", "max_depth", "m", "largest depth"),
+    Quantity("speed", "max_speed", "m s-1", "largest speed"),
+    Quantity("momentum_flux", "max_momentum_flux", "m3 s-2", "largest momentum flux"),
+    Quantity("pressure", "max_speed", "kPa", "largest dynamic pressure"),
+)
+
+
+def hazard(runs: xr.Dataset, settings: Hazard) -> xr.Dataset:
+    """Map the hazard of an ensemble.
+
+    Parameters
+    ----------
+    runs : Dataset
+        As `pipeline.assess.ensemble` gives it.
+    settings : Hazard
+        Thresholds, quantiles and matrices.
+
+    Returns
+    -------
+    Dataset
+        Loaded, over ``y`` and ``x``: ``<quantity>_exceedance`` by ``<quantity>_threshold``,
+        ``<quantity>_quantile`` by ``quantile``, ``arrival_share``, ``arrival_time``,
+        ``intensity_exceedance`` by ``intensity_class``, ``intensity``, and with return periods
+        ``hazard_level``. Shares, classes and levels come with ``_lower`` and ``_upper``. What needs a
+        maximum that was not kept is not there.
+    """
+    found = xr.Dataset(coords={name: c for name, c in runs.coords.items() if "run" not in c.dims})
+    for name in found.coords:
+        found[name].attrs = next((v.cf_attributes for v in COORDINATES if v.name == name), {})
+    with dask.config.set(scheduler="threads", num_workers=THREADS):
+        for quantity in QUANTITIES:
+            if quantity.field in runs:
+                found.update(_quantity(quantity, runs, settings))
+        if "arrival_time" in runs:
+            found.update(_arrival(runs))
+        if {"max_depth", "max_speed"} <= set(runs):
+            found.update(_classes(runs, settings))
+    return found.assign_attrs(_attributes(counts(runs), settings))
+
+
+def _quantity(quantity: Quantity, runs: xr.Dataset, settings: Hazard) -> xr.Dataset:
+    """Map one quantity by its thresholds and quantiles."""
+    dim = f"{quantity.name}_threshold"
+    thresholds = np.asarray(getattr(settings, quantity.name), np.float64)
+    pressure = quantity.name == "pressure"
+    found = xr.Dataset()
+    if thresholds.size:
+        # the speed at which the pressure is reached
+        limits = np.sqrt(thresholds * PASCALS / settings.density) if pressure else thresholds
+        found = _shares(
+            f"{quantity.name}_exceedance",
+            exceedance(runs[quantity.field], limits.tolist(), runs, dim),
+            f"share of runs whose {quantity.long_name} exceeds the threshold",
+        )
+        about = {"long_name": f"threshold of the {quantity.long_name}", "units": quantity.units}
+        found = found.assign_coords({dim: (dim, thresholds, about)})
+    if thresholds.size or quantity.name in ("depth", "speed"):
+        values = quantiles(runs[quantity.field], settings.quantiles, runs)
+        values = values**2 * settings.density / PASCALS if pressure else values
+        about = {"long_name": f"quantile of the {quantity.long_name}", "units": quantity.units}
+        values.attrs = about
+        found[f"{quantity.name}_quantile"] = values.astype(np.float32)
+        found["quantile"].attrs = {"long_name": "share of computed runs that keep to the value", "units": "1"}
+    return found
+
+
+def _arrival(runs: xr.Dataset) -> xr.Dataset:
+    """Map which share of runs arrives, and when."""
+    arrives = share(runs["arrival_time"].notnull(), runs)
+    found = _shares("arrival_share", arrives, "share of runs whose flow arrives")
+    mean = mean_arrival(runs["arrival_time"], runs).astype(np.float32).compute()
+    about = {"long_name": "mean time of arrival over the computed runs whose flow arrives", "units": "s"}
+    mean.attrs = about
+    return found.assign(arrival_time=mean)
+
+
+def _classes(runs: xr.Dataset, settings: Hazard) -> xr.Dataset:
+    """Map classes of intensity, and levels of hazard where runs have return periods."""
+    dim = "intensity_class"
+    found = _shares(
+        "intensity_exceedance",
+        intensity.shares(runs, settings),
+        "share of runs whose intensity is of the class or above",
+    )
+    found = found.assign_coords(
+        {dim: (dim, np.arange(1, 4, dtype=np.int8), _flags(intensity.CLASSES[1:], 1))}
+    )
+    shares = {bound: found[f"intensity_exceedance{bound}"].drop_vars(dim) for bound in BOUNDS}
+    mapped: dict[str, tuple[Shares, Sequence[str], str]] = {}
+    mapped["intensity"] = (intensity.usual(shares, settings.share), intensity.CLASSES, "class of intensity")
+    if "return_period" in runs.coords:
+        mapped["hazard_level"] = (intensity.levels(runs, settings), intensity.LEVELS, "level of hazard")
+    for name, (values, words, long_name) in mapped.items():
+        for bound in BOUNDS:
+            about = {"long_name": long_name + BOUND_NAMES[bound], **_flags(words, 0)}
+            found[name + bound] = values[bound].compute()
+            found[name + bound].attrs = about
+            found[name + bound].encoding["_FillValue"] = np.int8(intensity.UNKNOWN)
+    return found
+
+
+def _flags(words: Sequence[str], first: int) -> dict[str, object]:
+    values = np.arange(first, first + len(words), dtype=np.int8)
+    return {"flag_values": values, "flag_meanings": " ".join(words)}
+
+
+def _shares(name: str, shares: Shares, long_name: str) -> xr.Dataset:
+    """Compute a share and its bounds in one go."""
+    found = xr.Dataset(
+        {name + bound: values.astype(np.float32) for bound, values in shares.items()}
+    ).compute()
+    for bound in BOUNDS:
+        found[name + bound].attrs = {"long_name": long_name + BOUND_NAMES[bound], "units": "1"}
+    return found
+
+
+def _attributes(count: Counts, settings: Hazard) -> dict[str, object]:
+    return {
+        "Conventions": "CF-1.12",
+        "comment": str(count),
+        **count.attributes,
+        "density": settings.density,
+        "intensity_source": settings.intensity.source,
+        "level_source": settings.levels.source,
+        "intensity_share": settings.share,
+        "outlines": list(settings.outlines),
+    }
+
+
+def of_place(
+    out: Path, thresholds: Mapping[str, tuple[float, ...]], spacing: float | None = None
+) -> Iterator[tuple[str, xr.Dataset]]:
+    """Map the hazard of each scenario of a place, then of all together under the name `WHOLE`.
+
+    Parameters
+    ----------
+    out : Path
+        The place.
+    thresholds : mapping
+        Thresholds by name of quantity, in place of those of the scenarios.
+    spacing : float, optional
+        Of the lattice clouds are brought to, m.
+
+    Raises
+    ------
+    FileNotFoundError
+        If the place holds no store.
+    NotTogetherError
+        After the single scenarios, if they cannot be laid over each other.
+    ValueError
+        If a store's scenario is not known here.
+    """
+    held: dict[str, xr.Dataset] = {}
+    asked: dict[str, Hazard] = {}
+    grounds: dict[str, str] = {}
+    marks: dict[str, str] = {}
+    for path in store_paths(out):
+        store = open_store(path)
+        name = str(store.attrs["title"])
+        settings = stored(store.attrs)
+        asked[name] = settings.hazard.model_copy(update=dict(thresholds))
+        ground = settings.georeference
+        grounds[name] = "" if ground is None else ground.model_dump_json()
+        held[name] = ensemble(store, spacing)
+        about = {key: store.attrs[key] for key in ("scenario_hash", "solver_hash", "lmls_version")}
+        marks[name] = json.dumps([receptor.model_dump(mode="json") for receptor in settings.receptors])
+        found = hazard(held[name], asked[name])
+        about |= {"georeference": grounds[name], "receptors": marks[name]}
+        yield name, found.assign_attrs(title=name, **about)
+    if len(held) > 1:
+        runs = together(held)
+        first, *others = asked
+        for other in others:
+            if asked[other] != asked[first]:
+                raise NotTogetherError(f"{first} and {other} differ in what is asked for under hazard")
+            if grounds[other] != grounds[first]:
+                raise NotTogetherError(f"{first} and {other} differ in their georeference")
+        found = hazard(runs, asked[first])
+        about = {"georeference": grounds[first], "scenarios": ", ".join(held)}
+        # receptors of one scenario need not be those of another
+        alike = len({*marks.values()}) == 1
+        yield WHOLE, found.assign_attrs(title=WHOLE, receptors=marks[first] if alike else "[]", **about)
+
+
+def read(path: Path) -> xr.Dataset:
+    """Read hazard maps as they were written: whole numbers stay whole, and -1 is unknown.
+
+    Raises
+    ------
+    OSError
+        If there are none.
+    """
+    with xr.open_dataset(path, engine="netcdf4", mask_and_scale=False) as opened:
+        found = opened.load()
+    for values in found.variables.values():
+        if "_FillValue" in values.attrs:
+            values.encoding["_FillValue"] = values.attrs.pop("_FillValue")
+    return found
+
+
+def write(found: xr.Dataset, folder: Path) -> Path:
+    """Write hazard maps as NetCDF (CF) to a folder, made where it is missing; what was there is replaced.
+
+    Raises
+    ------
+    OSError
+        If it cannot be written.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / FILE
+    encoding: dict[str, dict[str, object]] = {
+        **{str(name): {"zlib": True, "complevel": 4} for name in found.data_vars},
+        **{str(name): {"_FillValue": None} for name in found.coords},
+    }
+    with whole(path) as aside:
+        found.to_netcdf(aside, engine="netcdf4", encoding=encoding)
+    return path

@@ -1,0 +1,1 @@
+"""Report of one page and figures that compare runs."""

@@ -1,0 +1,145 @@
+"""Pictures of the report that are no maps: the run-out curve, and a run in motion."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from io import BytesIO
+
+import numpy as np
+import xarray as xr
+from matplotlib import colormaps
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import BoundaryNorm
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+from PIL import Image
+
+from pipeline.assess.ensemble import counts
+from pipeline.assess.frames import mean_spacing
+from pipeline.assess.georeference import Frame
+from pipeline.assess.gridding import gridded
+from pipeline.assess.plots import COLOURS, LEVELS, title_of
+from pipeline.assess.tables import values
+from pipeline.store.variables import COMPUTED
+
+CURVE_POINTS = 400
+FRAMES = 40
+WIDTH = 8.0
+SHOWN_MILLISECONDS, LAST_MILLISECONDS = 150, 1500
+
+
+def runout_curve(store: xr.Dataset) -> bytes | None:
+    """Draw the share of runs that run out farther than a distance, with its bounds, as PNG.
+
+    Parameters
+    ----------
+    store : Dataset
+        A scenario's store.
+
+    Returns
+    -------
+    bytes or None
+        None where no run has a run-out.
+    """
+    reach = values(store, "runout_distance")
+    if not reach.known.any():
+        return None
+    low, high = float(np.nanmin(reach.value)), float(np.nanmax(reach.value))
+    margin = 0.05 * (high - low) or 0.05 * abs(high) or 1.0
+    distance = np.linspace(low - margin, high + margin, CURVE_POINTS)
+    # a run that ends without a deposit runs out nowhere
+    nowhere = ~reach.known & store["status"].isin(COMPUTED).to_numpy()
+    shares = replace(reach, value=np.where(nowhere, -np.inf, reach.value)).exceedance(distance)
+    figure = Figure(figsize=(WIDTH, 4), layout="compressed", dpi=150)
+    axes = figure.subplots()
+    if not np.allclose(shares.lower, shares.upper):
+        axes.fill_between(
+            distance,
+            shares.lower,
+            shares.upper,
+            color=colormaps[COLOURS](0.35),
+            linewidth=0,
+            label="bounds for runs that are failed, pending or overrun",
+        )
+    axes.plot(distance, shares.estimate, color=colormaps[COLOURS](0.9), linewidth=1.6, label="runs done")
+    axes.set_xlabel("run-out: horizontal distance from the crown of the release to the deposit's toe (m)")
+    axes.set_ylabel("share of runs that go farther")
+    axes.set_xlim(distance[0], distance[-1])
+    axes.set_ylim(0, 1.02)
+    axes.grid(alpha=0.3)
+    axes.legend(frameon=False, loc="upper right")
+    axes.set_title(f"{store.attrs['title']}\n{counts(store)}", fontsize="medium", loc="left")
+    held = BytesIO()
+    figure.savefig(held, format="png", bbox_inches="tight")
+    return held.getvalue()
+
+
+def animation(store: xr.Dataset, run: int, frame: Frame | None) -> bytes | None:
+    """Draw the depth of a run at its output times, as WebP; None where its frames were not kept.
+
+    Parameters
+    ----------
+    store : Dataset
+        A scenario's store.
+    run : int
+        Position of the run.
+    frame : Frame, optional
+        Of the lattice the store is on, or of that a cloud is brought to.
+    """
+    if "depth" not in store:
+        return None
+    frames = store[["depth"]].isel(run=run)
+    if "point" in frames.dims:
+        frames = gridded(frames.load(), mean_spacing(frames))
+    depth = frames["depth"].dropna("time", how="all").load()
+    if depth.sizes["time"] < 2:
+        return None
+    depth = depth.isel(time=np.unique(np.linspace(0, depth.sizes["time"] - 1, FRAMES).astype(int)))
+    x, y = np.meshgrid(depth["x"].to_numpy(), depth["y"].to_numpy())
+    east, north = frame.on_map(x, y) if frame else (x, y)
+    levels = MaxNLocator(LEVELS, min_n_ticks=5).tick_values(0, max(float(depth.max()), 1e-6))
+    colours = colormaps[COLOURS]
+    shape = float(np.ptp(north) / np.ptp(east))
+    height = float(np.clip((WIDTH - 1.8) * shape, 1.2, 8))
+    figure = Figure(figsize=(WIDTH, height + 1.1), layout="compressed", dpi=100)
+    canvas = FigureCanvasAgg(figure)
+    axes = figure.subplots()
+    axes.set_aspect("equal")
+    axes.ticklabel_format(useOffset=False, style="plain")
+    axes.xaxis.set_major_locator(MaxNLocator(4))
+    axes.yaxis.set_major_locator(MaxNLocator(5))
+    axes.set_xlabel("easting (m)" if frame else "along the bed (m)")
+    axes.set_ylabel("northing (m)" if frame else "across the bed (m)")
+    films = np.ma.masked_less(depth.to_numpy(), levels[1] / 20)
+    norm = BoundaryNorm(levels, colours.N)
+    mesh = axes.pcolormesh(east, north, films[0], cmap=colours, norm=norm, shading="nearest")
+    figure.colorbar(
+        mesh, ax=axes, label="depth (m)", aspect=30, pad=0.02, ticks=levels[:: 1 if height > 2 else 3]
+    )
+    if frame:
+        corners = np.stack(frame.corners)
+        axes.plot(*np.concatenate([corners, corners[:, :1]], axis=1), color="0.3", linewidth=0.6)
+    title = axes.set_title("", fontsize="medium", loc="left")
+    pictures = []
+    # all but these two is drawn once
+    moving = (mesh, title)
+    title.set_text(f"{title_of(store, run)}\nt = 0 s")
+    canvas.draw()  # type: ignore[no-untyped-call]
+    figure.set_layout_engine("none")
+    for artist in moving:
+        artist.set_animated(True)
+    canvas.draw()  # type: ignore[no-untyped-call]
+    still = canvas.copy_from_bbox(figure.bbox)  # type: ignore[no-untyped-call]
+    for film, time in zip(films, depth["time"].to_numpy(), strict=True):
+        mesh.set_array(film)
+        title.set_text(f"{title_of(store, run)}\nt = {time:g} s")
+        canvas.restore_region(still)  # type: ignore[no-untyped-call]
+        for artist in moving:
+            axes.draw_artist(artist)
+        drawn = np.asarray(canvas.buffer_rgba())  # type: ignore[no-untyped-call]
+        pictures.append(Image.fromarray(drawn[..., :3].copy()))
+    held = BytesIO()
+    times = [SHOWN_MILLISECONDS] * (len(pictures) - 1) + [LAST_MILLISECONDS]
+    more = {"append_images": pictures[1:], "duration": times, "loop": 0, "lossless": True, "method": 1}
+    pictures[0].save(held, "WEBP", save_all=True, **more)
+    return held.getvalue()

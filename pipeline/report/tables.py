@@ -1,0 +1,199 @@
+"""Tables of the report, from stores."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from pipeline.assess import tables
+from pipeline.assess.receptors import reached
+from pipeline.assess.tables import receptors as table_receptors
+from pipeline.store.provenance import BINDING, PACKAGES, differences
+from pipeline.store.variables import COMPUTED, PER_RUN, VOLUMES, Status
+
+MOST_ROWS = 40
+RECEPTOR_HEAD = (
+    *("receptor", "probability", "of runs", "median depth (m)", "largest depth (m)"),
+    *("largest speed (m/s)", "largest pressure (kPa)", "first arrival (s)"),
+)
+# begins a cell that is shown in grey
+FAINT = "\u2009"
+COLUMNS = {variable.name: variable for variable in PER_RUN}
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table with a title; a note stands below it."""
+
+    title: str
+    head: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    note: str = ""
+
+
+def volume_ledger(store: xr.Dataset) -> Table | None:
+    """Table what became of the volume: run by run, or of many runs the least, the median and the largest."""
+    computed = store.isel(run=np.flatnonzero(store["status"].isin([*COMPUTED, Status.FAILED]).to_numpy()))
+    names = [variable.name for variable in VOLUMES]
+    head = [f"{name.removeprefix('volume_')} ({COLUMNS[name].units})" for name in names]
+    head[-1] = "error"
+    values = np.stack([computed[name].to_numpy() for name in names], axis=1)
+    if not len(values) or np.isnan(values).all():
+        return None
+    if len(values) <= MOST_ROWS:
+        rows = [
+            [str(run), Status(int(status)).words.replace("_", " "), *map(number, row)]
+            for run, status, row in zip(
+                computed["run"].to_numpy(), computed["status"].to_numpy(), values, strict=True
+            )
+        ]
+        return Table("Volume", ["run", "status", *head], rows, LEDGER)
+    known = values[~np.isnan(values).any(axis=1)]
+    if not len(known):
+        return None
+    kinds: dict[str, Callable[..., Any]] = {"least": np.min, "median": np.median, "largest": np.max}
+    rows = [[kind, *map(number, take(known, axis=0))] for kind, take in kinds.items()]
+    largest = int(np.abs(known[:, -1]).argmax())
+    note = f"{LEDGER} Over {len(known)} runs; largest error {number(known[largest, -1])}."
+    return Table("Volume", ["over runs", *head], rows, note)
+
+
+LEDGER = (
+    "Lost is what of the release lies outside the domain; in and out is what passed the boundaries; the "
+    "error is that of the ledger, relative to what was released and came in."
+)
+
+
+def receptors(store: xr.Dataset) -> Table | None:
+    """Table what reaches the receptors."""
+    try:
+        rows = list(table_receptors(store, reached(store)))
+    except ValueError as error:
+        return Table("Receptors", ["none"], [], f"{error}.")
+    if not rows:
+        return None
+    shown = ("median_max_depth", "largest_depth", "largest_speed", "largest_pressure", "first_arrival_time")
+    return Table(
+        "Receptors",
+        RECEPTOR_HEAD,
+        [
+            [
+                str(row["receptor"]),
+                _bounded(row, "probability", "probability_lower", "probability_upper"),
+                f"{row['runs_done']} of {row['runs_planned']}",
+                *(number(row[name]) for name in shown),
+            ]
+            for row in rows
+        ],
+        "Probability of being reached, with its bounds; the rest is of the runs that reach it.",
+    )
+
+
+def what_matters(path: Path, name: str) -> Table | None:
+    """Table the indices of sensitivity that were written for a scenario; None where there are none."""
+    if not path.exists():
+        return None
+    held = pd.read_csv(path)
+    held = held[held["scenario"] == name]
+    if held.empty:
+        return None
+    parameters = list(dict.fromkeys(held["parameter"]))
+    rows = []
+    for (quantity, method), group in held.groupby(["quantity", "method"], sort=False):
+        found = group.set_index("parameter").to_dict("index")
+        cells = [_index(found[each]) if each in found else "–" for each in parameters]
+        rows.append([str(quantity).replace("_", " "), str(method), *cells])
+    used = f"{held['runs_used'].min()} of {held['runs_planned'].max()} runs"
+    note = (
+        f"From {used}, with 95 % confidence intervals. PAWN's index is 0 for a parameter that does nothing "
+        "and at most 1; grey ones are within what chance gives."
+    )
+    head = ["quantity", "index", *(each.replace("_", " ") for each in parameters)]
+    return Table("What matters", head, rows, note)
+
+
+def _index(row: Mapping[Hashable, Any]) -> str:
+    text = _bounded(row, "index", "lower", "upper")
+    return f"{FAINT}{text}" if row["index"] <= row["noise"] else text
+
+
+def _bounded(row: Mapping[Any, Any], estimate: str, lower: str, upper: str) -> str:
+    return _between(*(f"{row[name]:.2f}" for name in (estimate, lower, upper)))
+
+
+def _between(value: str, lower: str, upper: str) -> str:
+    return value if lower == upper else f"{value} ({lower} to {upper})"
+
+
+def quantiles(store: xr.Dataset) -> Table | None:
+    """Table quantiles of what a run comes down to, with bounds where runs are missing."""
+    names = [f"q{100 * share:02.0f}" for share in tables.SHARES]
+    rows = [
+        [
+            f"{str(row['quantity']).replace('_', ' ')} ({row['units']})",
+            *(_between(*(number(row[name + end]) for end in ("", "_lower", "_upper"))) for name in names),
+        ]
+        for row in tables.quantiles(store)
+    ]
+    head = ["quantity", *(f"{100 * share:g} % of runs below" for share in tables.SHARES)]
+    computed = bool(store["status"].isin(COMPUTED).any())
+    return Table("Quantiles over runs", head, rows) if computed else None
+
+
+def failures(store: xr.Dataset) -> Table | None:
+    """Table the runs that failed, with their parameters, reason and place."""
+    failed = store.isel(run=np.flatnonzero((store["status"] == Status.FAILED).to_numpy()))
+    if not failed.sizes["run"]:
+        return None
+    swept = [str(name) for name, c in store.coords.items() if "key" in c.attrs]
+    rows = [
+        [
+            str(one["run"].item()),
+            *(number(one[name].item()) for name in swept),
+            str(one["failure_reason"].item()),
+            *(number(one[f"failure_{name}"].item()) for name in ("time", "x", "y")),
+        ]
+        for one in (failed.isel(run=i) for i in range(min(failed.sizes["run"], MOST_ROWS)))
+    ]
+    more = failed.sizes["run"] - len(rows)
+    head = ["run", *(name.replace("_", " ") for name in swept), "reason", "time (s)", "x (m)", "y (m)"]
+    return Table("Failed runs", head, rows, f"And {more} more." if more else "")
+
+
+def origin(store: xr.Dataset) -> Table:
+    """Table what made the store: hashes and versions."""
+    held = store.attrs
+    changed = differences(held)
+    rows = [["scenario", str(held["scenario_hash"])], [BINDING["solver_hash"], str(held["solver_hash"])]]
+    rows += [
+        [name, str(held[f"{name}_version"])] for name in (*PACKAGES, "python") if f"{name}_version" in held
+    ]
+    note = f"Another one is installed here: {', '.join(changed)}." if changed else ""
+    return Table("Versions and hashes", ["what", "SHA-256 or version"], rows, note)
+
+
+# in the order they are shown; one that has nothing to tell gives None
+TABLES: tuple[Callable[[xr.Dataset], Table | None], ...] = (
+    receptors,
+    quantiles,
+    volume_ledger,
+    failures,
+    origin,
+)
+
+
+def number(value: object) -> str:
+    """Write a number for people; missing ones as a dash."""
+    if isinstance(value, float | np.floating):
+        if np.isnan(value):
+            return "–"
+        # four digits, and no powers of ten where people write none
+        short = float(f"{value:.4g}")
+        return f"{short:,.0f}" if 1e4 <= abs(short) < 1e9 else f"{short:.4g}"
+    return str(value)

@@ -1,0 +1,1 @@
+"""The runs of a scenario: their scenes, shared points, domains, store templates and summaries."""

@@ -1,0 +1,163 @@
+"""The template of a scenario's store, from its first run and its design."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel
+
+from pipeline.runs.runs import Prepared, Run, Runs, build_scene
+from pipeline.runs.shared_points import SharedPoints
+from pipeline.scenario.design import return_periods, weights
+from pipeline.settings.points import LatticePoints
+from pipeline.store import provenance
+from pipeline.store.layout import Template, group_size, run_bytes
+from pipeline.store.variables import RETURN_PERIOD, WEIGHT, Variable, coordinates, kept
+from solver.physics.terrain import SlopeProfile
+from solver.points.cloud import PointCloud
+from solver.points.lattice import Lattice
+
+if TYPE_CHECKING:
+    from pipeline.scenario.scenario import Scenario
+
+CELL_STAGES_PER_SECOND = 4e7
+STAGES = 3
+
+
+def variables(scenario: Scenario) -> tuple[Variable, ...]:
+    """Variables on ``run`` of a scenario's store; the profile joins them where the terrain is swept."""
+    cloud = not isinstance(scenario.settings.points, LatticePoints)
+    return (*profile(scenario), *kept(list(scenario.settings.output.fields), cloud))
+
+
+def profile(scenario: Scenario) -> tuple[Variable, ...]:
+    """Profile variables that differ between runs, with ``run`` as their first dimension."""
+    if not any(key.split(".")[0] == "terrain" for key in scenario.settings.varied):
+        return ()
+    cloud = not isinstance(scenario.settings.points, LatticePoints)
+    return tuple(
+        replace(v, dims=("run", *v.dims))
+        for v in coordinates(cloud)
+        if v.name in ("elevation", "horizontal_distance")
+    )
+
+
+def template(scenario: Scenario, runs: Runs, shared: SharedPoints) -> Template:
+    """Lay out the store of a scenario; the first run stands for the cost of all."""
+    prepared = build_scene(runs[0], shared)
+    points, times = shared.points, prepared.times
+    held = variables(scenario)
+    if isinstance(points, Lattice):
+        known = {"x": points.x_points, "y": points.y_points}
+        sizes = dict(zip(("y", "x"), points.shape, strict=True))
+    else:
+        x, y = points.coordinates
+        known, sizes = {"x": x, "y": y, "area": points.cell_area}, {"point": len(points)}
+    known |= profile_values(prepared) | {"time": times}
+    frames = len(times) if any("time" in v.dims for v in held) else 1
+    return Template(
+        variables=held,
+        coordinates=(
+            *(
+                (v, known[v.name])
+                for v in coordinates("point" in sizes)
+                if v.name not in {h.name for h in held}
+            ),
+            (Variable("run", ("run",), "int64", "1", "position in the design", -1), np.arange(len(runs))),
+            *shares(scenario),
+            *parameters(runs),
+        ),
+        sizes={"run": len(runs), "time": len(times), **sizes},
+        group=group_size(len(runs), seconds(prepared), run_bytes((frames, *points.shape))),
+        attributes=attributes(scenario),
+    )
+
+
+def profile_values(prepared: Prepared) -> dict[str, NDArray[np.float64]]:
+    """Elevation and horizontal distance at the points of a cloud or along those of a lattice, (nx,), m."""
+    return _profile_values(prepared.terrain, prepared.scene.points)
+
+
+@lru_cache(maxsize=8)
+def _profile_values(terrain: SlopeProfile, points: Lattice | PointCloud) -> dict[str, NDArray[np.float64]]:
+    x = points.x_points if isinstance(points, Lattice) else points.coordinates[0]
+    return {"elevation": terrain.elevation(x), "horizontal_distance": terrain.horizontal_distance(x)}
+
+
+def seconds(prepared: Prepared) -> float:
+    """Rough time of a run, s: only good to choose how many runs share a task."""
+    scene = prepared.scene
+    fall = float(np.ptp(profile_values(prepared)["elevation"])) + float(scene.depth.max())
+    speed = float(np.sqrt(2 * scene.gravity * fall))
+    steps = prepared.times[-1] * speed / (scene.scheme.cfl * float(np.sqrt(np.min(scene.points.cell_area))))
+    return float(STAGES * steps * scene.depth.size / CELL_STAGES_PER_SECOND)
+
+
+def shares(scenario: Scenario) -> list[tuple[Variable, NDArray[Any]]]:
+    """Give weights and return periods as coordinates on ``run``, which may change without its values."""
+    periods = return_periods(scenario.settings)
+    return [
+        (WEIGHT, weights(scenario.settings)),
+        *([] if periods is None else [(RETURN_PERIOD, periods)]),
+    ]
+
+
+def parameters(runs: Runs) -> list[tuple[Variable, NDArray[Any]]]:
+    """Varied parameters as coordinates on ``run``; those that are not all numbers as strings."""
+    found: list[tuple[Variable, NDArray[Any]]] = []
+    first, swept = runs[0], [runs.parameters(i) for i in range(len(runs))]
+    for key, name in zip(runs.design.keys, first.parameters, strict=True):
+        values = [each[name] for each in swept]
+        numeric = all(isinstance(v, int | float) and not isinstance(v, bool) for v in values)
+        unit, description = _meaning(first, key)
+        array = np.array(values, np.float64) if numeric else np.array([str(v) for v in values], object)
+        found.append(
+            (
+                Variable(
+                    name,
+                    ("run",),
+                    "float64" if numeric else "string",
+                    (unit or "1") if numeric else "",
+                    description or key,
+                    float("nan") if numeric else "",
+                    {"key": key},
+                ),
+                array,
+            )
+        )
+    return found
+
+
+def _meaning(run: Run, key: str) -> tuple[str, str]:
+    """Give unit and description of a key, from the declaration of the last field on its way."""
+    at: Any = run.settings
+    for part in key.split("."):
+        if isinstance(at, BaseModel):
+            info = type(at).model_fields[part]
+            at = getattr(at, part)
+        else:
+            at = at[int(part)]
+    extra = info.json_schema_extra if isinstance(info.json_schema_extra, dict) else {}
+    return str(extra.get("unit", "")), info.description or ""
+
+
+def said(scenario: Scenario) -> dict[str, str]:
+    """Attributes with the words of a scenario, which may change without its runs changing."""
+    return {"comment": scenario.settings.description, "scenario": scenario.text}
+
+
+def attributes(scenario: Scenario) -> dict[str, str]:
+    """Attributes of the store: what was asked for, and by what it was made."""
+    return {
+        "Conventions": "CF-1.12",
+        "title": scenario.name,
+        **said(scenario),
+        "scenario_content": scenario.content,
+        "scenario_hash": scenario.digest,
+        "domain": scenario.settings.bounds.model_dump_json(),
+        **provenance.made_by(),
+    }

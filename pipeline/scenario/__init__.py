@@ -1,0 +1,1 @@
+"""From YAML files to checked scenarios, their designs and the solver's objects."""

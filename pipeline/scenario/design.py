@@ -1,0 +1,194 @@
+"""The design of a batch: which values the varied keys take in each run, and how much each run counts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from math import prod
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pipeline.scenario.sweep import Value
+from pipeline.settings.sample import Discrete, Distribution, Lognormal, Normal, Sample, Uniform
+
+if TYPE_CHECKING:
+    from pipeline.settings.settings import Settings
+
+Array = NDArray[np.float64]
+Draws = Mapping[str, tuple[Value, ...]]
+
+
+@dataclass(frozen=True)
+class Design:
+    """Values of the varied keys by run: the product of lists, and for each of its entries all draws.
+
+    The last list varies fastest but for the draws, which vary faster still.
+
+    lists : values of each swept key. draws : values of each sampled key, equally many.
+    """
+
+    lists: Mapping[str, tuple[Value, ...]]
+    draws: Draws
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """The varied keys: swept ones, then sampled ones."""
+        return (*self.lists, *self.draws)
+
+    @property
+    def rows(self) -> int:
+        """Number of draws; 1 where nothing is sampled."""
+        return len(next(iter(self.draws.values()), (None,)))
+
+    def __len__(self) -> int:
+        return prod(map(len, self.lists.values())) * self.rows
+
+    def __getitem__(self, run: int) -> tuple[Value, ...]:
+        """Values of a run in the order of the keys."""
+        entries, row = self.place(range(len(self))[run])
+        swept = (values[k] for values, k in zip(self.lists.values(), entries, strict=True))
+        return (*swept, *(values[row] for values in self.draws.values()))
+
+    def place(self, run: int) -> tuple[tuple[int, ...], int]:
+        """Position of a run in each list, and its draw."""
+        rest, row = divmod(run, self.rows)
+        entries: list[int] = []
+        for values in reversed(list(self.lists.values())):
+            rest, k = divmod(rest, len(values))
+            entries.insert(0, k)
+        return tuple(entries), row
+
+
+def design(settings: Settings) -> Design:
+    """Make the design of a scenario."""
+    return Design(settings.sweep, {} if settings.sample is None else draw(settings.sample))
+
+
+def weights(settings: Settings) -> Array:
+    """Give the share of each run in probabilities, shape (runs,); their sum is 1."""
+    found = np.ones(settings.run_count) if settings.weights is None else _numbers(settings, settings.weights)
+    share: Array = found / found.sum()
+    return share
+
+
+def return_periods(settings: Settings) -> Array | None:
+    """Give the return period of each run, shape (runs,), years; None where there are none."""
+    return None if settings.return_periods is None else _numbers(settings, settings.return_periods)
+
+
+def _numbers(settings: Settings, given: tuple[float, ...] | Mapping[str, tuple[float, ...]]) -> Array:
+    """Numbers of each run from one a run, or from one an entry of some lists, which multiply."""
+    if isinstance(given, tuple):
+        return np.array(given, np.float64)
+    found = np.ones(1)
+    for key, values in settings.sweep.items():
+        found = np.outer(found, given.get(key, (1.0,) * len(values))).ravel()
+    return np.repeat(found, 1 if settings.sample is None else settings.sample.rows)
+
+
+def draw(sample: Sample) -> Draws:
+    """Draw the values of every sampled key.
+
+    Correlated keys are drawn through normal scores with the given correlations (a Gaussian copula), which
+    keeps each key's own distribution.
+
+    Returns
+    -------
+    dict of str to tuple
+        ``sample.rows`` values by key.
+    """
+    return _drawn(sample.model_dump_json())
+
+
+@lru_cache(maxsize=8)
+def _drawn(text: str) -> Draws:
+    """Draw once what checks, hashes and every list of the runs ask for, by the sample as JSON."""
+    from scipy.special import ndtr, ndtri
+
+    sample = Sample.model_validate_json(text)
+    uniform = _uniform(sample)
+    if sample.correlations:
+        scores = ndtri(uniform) @ np.linalg.cholesky(sample.correlation).T
+        uniform = np.clip(ndtr(scores), _LEAST, 1 - _LEAST)
+    return {key: _quantile(each, uniform[:, i]) for i, (key, each) in enumerate(sample.values.items())}
+
+
+# no quantile of an unbounded distribution is infinite
+_LEAST = 2.0**-53
+
+
+def _uniform(sample: Sample) -> Array:
+    """Cover the unit cube, shape (rows, keys)."""
+    from scipy.stats import qmc
+
+    rng, keys = np.random.default_rng(sample.seed), len(sample.values)
+    if sample.design == "random":
+        points = rng.random((sample.count, keys))
+    elif sample.design == "latin-hypercube":
+        points = qmc.LatinHypercube(keys, rng=rng).random(sample.count)
+    elif sample.design == "sobol":
+        points = qmc.Sobol(keys, rng=rng).random(sample.count)
+    else:
+        points = saltelli(qmc.Sobol(2 * keys, rng=rng).random(sample.count))
+    clipped: Array = np.clip(points, _LEAST, 1 - _LEAST)
+    return clipped
+
+
+def saltelli(points: Array) -> Array:
+    """Arrange points for Sobol's sensitivity indices of first and total order.
+
+    Parameters
+    ----------
+    points : array, shape (n, 2 keys)
+        In the unit cube.
+
+    Returns
+    -------
+    array, shape (n (keys + 2), keys)
+        For each point its first half A, A with one coordinate after the other taken from the second half B,
+        and B.
+
+    References
+    ----------
+    Saltelli et al. 2010, Variance based sensitivity analysis of model output,
+    https://doi.org/10.1016/j.cpc.2009.09.018
+    """
+    first, second = np.split(points, 2, axis=1)
+    keys = first.shape[1]
+    rows = np.repeat(first[:, None, :], keys + 2, axis=1)
+    for i in range(keys):
+        rows[:, i + 1, i] = second[:, i]
+    rows[:, -1, :] = second
+    return rows.reshape(-1, keys)
+
+
+def _quantile(distribution: Distribution, share: Array) -> tuple[Value, ...]:
+    """Values of a distribution below which given shares lie."""
+    if isinstance(distribution, Discrete):
+        parts = np.cumsum(distribution.weights or np.ones(len(distribution.values)))
+        chosen = np.searchsorted(parts / parts[-1], share, side="right")
+        return tuple(distribution.values[min(i, len(distribution.values) - 1)] for i in chosen)
+    return tuple(_continuous(distribution, share).tolist())
+
+
+def _continuous(distribution: Any, share: Array) -> Array:
+    from scipy import stats
+
+    lower, upper = distribution.lower, distribution.upper
+    if isinstance(distribution, Uniform):
+        frozen = stats.uniform(lower, upper - lower)
+    elif isinstance(distribution, Normal):
+        frozen = stats.norm(distribution.mean, distribution.deviation)
+    elif isinstance(distribution, Lognormal):
+        frozen = stats.lognorm(distribution.deviation, scale=distribution.median)
+    else:
+        width = upper - lower
+        frozen = stats.triang((distribution.mode - lower) / width, lower, width)
+    low = 0.0 if lower is None else frozen.cdf(lower)
+    high = 1.0 if upper is None else frozen.cdf(upper)
+    found: Array = np.asarray(frozen.ppf(low + share * (high - low)))
+    # a bound far out in the tail is rounded away
+    return found if lower is None and upper is None else np.clip(found, lower, upper)

@@ -1,0 +1,161 @@
+"""Scenarios: what YAML files say, checked, with the text they were read from."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pipeline.mistakes import BadInput, Mistake, describe
+from pipeline.scenario import checks
+from pipeline.scenario.design import draw
+from pipeline.scenario.elevation_table import ElevationTable
+from pipeline.scenario.point_file import PointFile
+from pipeline.scenario.schema_errors import check
+from pipeline.scenario.strict_yaml import parse
+from pipeline.settings.settings import OF_ALL_RUNS, Settings, json_schema
+
+# What says nothing of a run's values: words, limits of its cost, and what its values are used for.
+IRRELEVANT: Any = {
+    **dict.fromkeys(("description", *OF_ALL_RUNS - {"sweep", "sample"}), True),
+    "time": {"max_steps", "max_wall"},
+}
+
+__all__ = ["BadInput", "Mistake", "Scenario", "Settings", "differences", "json_schema", "load"]
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """One file of the catalogue.
+
+    settings : the file's content with defaults filled in, before any sweep.
+    path, text : the file and what stands in it.
+    content : canonical JSON of everything that decides the result (tables and draws by digest; left out is
+    what ``IRRELEVANT`` lists).
+    digest : SHA-256 of ``content``, hexadecimal.
+    tables : elevation tables by the name the settings give them. points : what a file of points holds.
+    warnings : one line each, to be shown and not to be stopped by.
+    """
+
+    settings: Settings
+    path: Path
+    text: str
+    content: str
+    digest: str
+    tables: Mapping[str, ElevationTable]
+    points: PointFile | None = None
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """Name of the scenario, which is that of its store."""
+        return self.settings.name
+
+
+def load(paths: Iterable[str | Path]) -> list[Scenario]:
+    """Read and check scenario files, in the order given.
+
+    Raises
+    ------
+    BadInput
+        With every mistake of every file, if there is one.
+    """
+    mistakes: list[Mistake] = []
+    scenarios: list[Scenario] = []
+    names: dict[str, str] = {}
+    for path in map(Path, paths):
+        text = _read(path, mistakes)
+        if text is None:
+            continue
+        document = parse(text, str(path))
+        name = document.data.get("name")
+        if isinstance(name, str) and name in names:
+            found = f"expected a name of its own, found '{name}' of {names[name]} again"
+            mistakes.append(document.mistake(("name",), found))
+        elif isinstance(name, str):
+            names[name] = str(path)
+        checked = checks.check_document(document, path.parent)
+        mistakes += [*document.mistakes, *checked.mistakes]
+        if checked.settings is not None:
+            content = _content(checked)
+            digest = hashlib.sha256(content.encode()).hexdigest()
+            scenarios.append(
+                Scenario(
+                    checked.settings,
+                    path,
+                    text,
+                    content,
+                    digest,
+                    checked.tables,
+                    checked.points,
+                    checked.warnings,
+                )
+            )
+    if mistakes:
+        raise BadInput(mistakes)
+    return scenarios
+
+
+def stored(attributes: Mapping[str, Any]) -> Settings:
+    """Read the settings that a store was made from, out of its attributes.
+
+    Raises
+    ------
+    ValueError
+        If this version does not know what stands there.
+    """
+    found = check(parse(str(attributes["scenario"]), str(attributes["title"])).data)
+    if isinstance(found, list):
+        raise ValueError(f"the scenario of {attributes['title']} is not known here: {found[0].message}")
+    return found
+
+
+def differences(before: str, after: str) -> list[str]:
+    """Say key by key how two scenarios' ``content`` differ: ``material.bed_friction: was 26, is 30``."""
+    old, new = dict(_leaves(json.loads(before))), dict(_leaves(json.loads(after)))
+    return [
+        f"{key}: was {describe(old.get(key))}, is {describe(new.get(key))}"
+        for key in {**old, **new}
+        if old.get(key) != new.get(key)
+    ]
+
+
+def _read(path: Path, mistakes: list[Mistake]) -> str | None:
+    """Read a text file, or note why it cannot be read."""
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except OSError as error:
+        mistakes.append(Mistake(str(path), 1, 1, "", f"expected a readable file, found {error.strerror}"))
+    except UnicodeDecodeError as error:
+        before = error.object[: error.start]
+        line, column = before.count(b"\n") + 1, error.start - before.rfind(b"\n")
+        found = f"expected UTF-8 text, found the byte 0x{error.object[error.start]:02x}"
+        mistakes.append(Mistake(str(path), line, column, "", found))
+    return None
+
+
+def _content(checked: checks.Checked) -> str:
+    """Give the canonical JSON of settings and files; keys stay in order, as that of the sweep matters."""
+    assert checked.settings is not None
+    held = checked.settings.model_dump(mode="json", exclude=IRRELEVANT)
+    tables = {name: table.digest for name, table in sorted(checked.tables.items())}
+    files = {} if checked.points is None else {"file": checked.points.digest}
+    whole = {**held, "points": {**held["points"], **files}, "tables": tables}
+    if checked.settings.sample is not None:
+        # another version of SciPy may draw otherwise
+        drawn = json.dumps(draw(checked.settings.sample))
+        whole["draws"] = hashlib.sha256(drawn.encode()).hexdigest()
+    return json.dumps(whole)
+
+
+def _leaves(value: Any, key: str = "") -> Iterator[tuple[str, Any]]:
+    """Go through the single values of nested JSON, each with its dotted key."""
+    if isinstance(value, dict | list) and value:
+        items = value.items() if isinstance(value, dict) else enumerate(value)
+        for name, inner in items:
+            yield from _leaves(inner, f"{key}.{name}" if key else str(name))
+    else:
+        yield key, value

@@ -1,0 +1,65 @@
+"""Varied keys: the dotted key of a scenario that a value replaces, and the name it has in the store."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from pipeline.scenario.strict_yaml import Path
+from pipeline.store.variables import COORDINATES, RETURN_PERIOD, WEIGHT, kept
+
+SWEEPABLE = ("gravity", "terrain", "release", "material", "boundaries", "scheme")
+_TAKEN = {"run", "scenario", *(variable.name for variable in (*COORDINATES, WEIGHT, RETURN_PERIOD, *kept()))}
+
+Value = int | float | str | bool
+
+
+def path_of(key: str, data: Mapping[str, Any]) -> Path | None:
+    """Give the path of a dotted key; None where a run of its own store would differ, or a part leads nowhere.
+
+    Sections that may be left out are passed through; whether the last part exists is for the schema to say.
+    """
+    names = key.split(".")
+    if names[0] not in SWEEPABLE:
+        return None
+    path: list[str | int] = []
+    node: Any = data
+    for name in names:
+        if isinstance(node, tuple):
+            if not (name.isdigit() and int(name) < len(node)):
+                return None
+            path.append(int(name))
+            node = node[int(name)]
+        elif isinstance(node, Mapping):
+            path.append(name)
+            node = node.get(name, {})
+        else:
+            return None
+    return tuple(path)
+
+
+def assign(data: Any, path: Path, value: Any) -> Any:
+    """Copy data with the value at a path replaced."""
+    if not path:
+        return value
+    first, *rest = path
+    if isinstance(data, tuple):
+        index = int(first)
+        return (*data[:index], assign(data[index], tuple(rest), value), *data[index + 1 :])
+    return {**data, first: assign(data.get(first, {}), tuple(rest), value)}
+
+
+def coordinate_names(keys: Iterable[str]) -> dict[str, str]:
+    """Name each varied key's coordinate: its last part, or all of it joined by underscores.
+
+    The whole key is used where the last part is a number, is shared by another key, or is taken by a
+    variable or dimension of the store.
+    """
+    keys = list(keys)
+    last = {key: key.rpartition(".")[2] for key in keys}
+    shared = Counter(last.values())
+    return {
+        key: key.replace(".", "_") if shared[name] > 1 or name in _TAKEN or name.isdigit() else name
+        for key, name in last.items()
+    }

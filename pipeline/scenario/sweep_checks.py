@@ -1,0 +1,151 @@
+"""What a design must be: lists and draws for keys that exist, and every run of it a scenario that holds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from pipeline.mistakes import describe
+from pipeline.scenario import schema_errors
+from pipeline.scenario.design import Design, draw
+from pipeline.scenario.schema_errors import Problem
+from pipeline.scenario.strict_yaml import Path
+from pipeline.scenario.sweep import SWEEPABLE, Value, assign, path_of
+from pipeline.settings.sample import MOST_RUNS, Sample
+from pipeline.settings.settings import OF_ALL_RUNS
+
+Check = Callable[[Mapping[str, Any]], list[Problem]]
+
+
+def check_design(document: Mapping[str, Any], problems: list[Problem], check: Check) -> list[Problem]:
+    """List what is wrong with the sweep and the sample of a file that has ``problems`` beside them.
+
+    Values are tried one by one first. Only where the scenario holds and some values of each list are left
+    are they tried together, and what is wrong then is put to the entry of the list that brought it in, or
+    once to the distribution that did.
+    """
+    data = {name: value for name, value in document.items() if name not in OF_ALL_RUNS}
+    sweep = document.get("sweep", {})
+    found: list[Problem] = []
+    lists: dict[Path, dict[Value, Path]] = {}
+    malformed = {problem.path[1] for problem in problems if problem.path[0] == "sweep" and problem.path[1:]}
+    for key, values in sweep.items() if isinstance(sweep, dict) else ():
+        if key in malformed or not isinstance(values, tuple) or not values:
+            continue
+        if any(_holds(problem.path, key) for problem in problems):
+            continue
+        path = path_of(key, data)
+        if path is None or _is_unknown(path, _schema_problems(assign(data, path, values[0]))):
+            found.append(_no_key(("sweep", key), key))
+            continue
+        found += _same_kind(key, values)
+        lists[path] = {}
+        for i, value in enumerate(values):
+            entry: Path = ("sweep", key, i)
+            own = [
+                problem
+                for problem in _schema_problems(assign(data, path, value))
+                if problem.path[: len(path)] == path and not problem.related
+            ]
+            if value in lists[path]:
+                own.append(Problem(entry, f"expected each value once, found {describe(value)} again"))
+            found += [Problem(entry, problem.message) for problem in own]
+            if not own:
+                lists[path][value] = entry
+    if problems or not all(lists.values()):
+        return found
+    swept = {str(path): tuple(values) for path, values in lists.items()}
+    draws = draw(Sample.model_validate(document["sample"])) if document.get("sample") else {}
+    for key, column in draws.items():
+        place: Path = ("sample", "values", key)
+        path = path_of(key, data)
+        if path is None or _is_unknown(path, _schema_problems(assign(data, path, column[0]))):
+            found.append(_no_key(place, key))
+        elif path in lists:
+            found.append(Problem(place, f"expected a key that is not swept, found '{key}'", at_key=True))
+        else:
+            lists[path] = dict.fromkeys(column, place)
+    runs = Design(swept, draws)
+    if len(runs) > MOST_RUNS:
+        place = ("sample", "count") if draws else ("sweep",)
+        found.append(Problem(place, f"expected at most {MOST_RUNS:,} runs, found {len(runs):,}"))
+    if len(lists) < len(runs.keys) or len(runs) > MOST_RUNS:
+        return found
+    return [*found, *_together(data, lists, runs, check)]
+
+
+def _together(
+    data: Mapping[str, Any], lists: Mapping[Path, Mapping[Value, Path]], runs: Design, check: Check
+) -> list[Problem]:
+    """List what is wrong with the runs of a design; of a distribution the first thing alone."""
+    found: dict[Problem, None] = {}
+    told: set[Path] = set()
+    for i in range(len(runs)):
+        changed, values = data, runs[i]
+        for path, value in zip(lists, values, strict=True):
+            changed = assign(changed, path, value)
+        for problem in check(changed):
+            place = _blame(problem, values, lists)
+            if place[0] != "sample":
+                found[Problem(place, problem.message)] = None
+            elif place not in told:
+                told.add(place)
+                found[Problem(place, f"{problem.message} in run {i}")] = None
+    return list(found)
+
+
+def _no_key(place: Path, key: str) -> Problem:
+    expected = f"expected a key of the scenario below {', '.join(SWEEPABLE)}, found '{key}'"
+    return Problem(place, expected, at_key=True)
+
+
+def _schema_problems(data: Mapping[str, Any]) -> list[Problem]:
+    checked = schema_errors.check(data)
+    return checked if isinstance(checked, list) else []
+
+
+def _holds(path: Path, key: str) -> bool:
+    """Whether a dotted key leads through a path, whose being wrong says nothing of the key."""
+    parts = key.split(".")
+    return len(path) < len(parts) and [str(part) for part in path] == parts[: len(path)]
+
+
+def _is_unknown(path: Path, problems: list[Problem]) -> bool:
+    """Whether the schema has no key of this path."""
+    return any(
+        path[: len(problem.path)] == problem.path and (problem.at_key or problem.path != path)
+        for problem in problems
+        if not problem.related
+    )
+
+
+def _same_kind(key: str, values: tuple[Value, ...]) -> list[Problem]:
+    """Refuse lists of numbers and words, which make no coordinate."""
+    kinds = {float if type(value) is int else type(value) for value in values}
+    if len(kinds) == 1:
+        return []
+    return [Problem(("sweep", key), "expected values of one kind, found several")]
+
+
+def _blame(problem: Problem, values: tuple[Value, ...], lists: Mapping[Path, Mapping[Value, Path]]) -> Path:
+    """Find the entry of a sweep's list that brought in a problem the scenario itself has not."""
+    wanted = problem.related or (problem.path,)
+    paths = list(lists)
+
+    def distance(path: Path) -> tuple[int, int]:
+        common = {rank: _common(path, other) for rank, other in enumerate(wanted)}
+        nested = [rank for rank, n in common.items() if n in (len(path), len(wanted[rank]))]
+        return (min(nested, default=len(wanted)), -max(common.values()))
+
+    path = min(paths, key=distance)
+    return lists[path][values[paths.index(path)]]
+
+
+def _common(path: Path, other: Path) -> int:
+    """Count the leading parts that two paths share."""
+    count = 0
+    for mine, theirs in zip(path, other, strict=False):
+        if mine != theirs:
+            break
+        count += 1
+    return count

@@ -1,0 +1,127 @@
+"""Settings of the points: a lattice or a cloud."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar, Literal
+
+from pydantic import Discriminator, Field, Tag, model_validator
+
+from pipeline.settings.section import Pair, Positive, Section, check_bounds, key, relation
+
+MOST_SCATTERED = 10_000_000
+Seed = Annotated[int, Field(ge=0, lt=2**63)]
+
+
+class LatticePoints(Section):
+    """Regular points from bound to bound."""
+
+    layout: Literal["lattice"] = key("regular points from bound to bound", default="lattice")
+    spacing: Positive = key("distance between neighbouring points", "m")
+    most: ClassVar[int] = 100_000_000
+
+    def estimate(self, width: float, height: float) -> float:
+        """Estimate the number of points in a domain of this size, m."""
+        return (1 + width / self.spacing) * (1 + height / self.spacing)
+
+
+class PoissonDiscPoints(Section):
+    """Points placed at random and evenly, by their number or their spacing."""
+
+    layout: Literal["poisson-disc"] = key("points placed at random and evenly")
+    count: Annotated[int, Field(ge=3)] | None = key(
+        "number of points, met within 1 %; or `spacing`", default=None
+    )
+    spacing: Positive | None = key("root of the area per point; or `count`", "m", None)
+    seed: Seed = key("seed of the places: the same seed gives the same points everywhere", default=0)
+
+    @model_validator(mode="after")
+    def _one_of_both(self) -> PoissonDiscPoints:
+        if (self.count is None) == (self.spacing is None):
+            found = "nothing" if self.count is None else "both"
+            raise relation(f"expected either count or spacing, found {found}", "count", "spacing")
+        return self
+
+    most: ClassVar[int] = MOST_SCATTERED
+
+    def estimate(self, width: float, height: float) -> float:
+        """Estimate the number of points in a domain of this size, m."""
+        return self.count or width * height / (self.spacing or 1.0) ** 2
+
+
+class Region(Section):
+    """A rectangle."""
+
+    x: Pair = key("bounds along the bed (arc length)", "m")
+    y: Pair = key("bounds across the bed", "m")
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Region:
+        check_bounds("x", self.x)
+        check_bounds("y", self.y)
+        return self
+
+    def holds(self, x: float, y: float) -> bool:
+        """Whether a place is in it or on its edge."""
+        return self.x[0] <= x <= self.x[1] and self.y[0] <= y <= self.y[1]
+
+
+class Refine(Section):
+    """A region with closer points."""
+
+    region: Region = key("where the points stand closer")
+    spacing: Positive = key("root of the area per point there", "m")
+
+
+class GradedPoints(Section):
+    """Points placed at random, closer in regions of interest."""
+
+    layout: Literal["graded"] = key("points placed at random, closer in regions of interest")
+    spacing: Positive = key("root of the area per point away from the regions", "m")
+    refine: tuple[Refine, ...] = key("regions with closer points", min_length=1)
+    growth: Annotated[float, Field(gt=0, le=0.5)] = key(
+        "change of the spacing per distance between the regions and the rest", default=0.1
+    )
+    seed: Seed = key("seed of the places: the same seed gives the same points everywhere", default=0)
+    most: ClassVar[int] = MOST_SCATTERED
+
+    def estimate(self, width: float, height: float) -> float:
+        """Estimate the number of points in a domain of this size, m."""
+        count = width * height / self.spacing**2
+        for refine in self.refine:
+            (x0, x1), (y0, y1) = refine.region.x, refine.region.y
+            count += (x1 - x0) * (y1 - y0) / refine.spacing**2
+        return count
+
+
+class FilePoints(Section):
+    """Points from a file."""
+
+    layout: Literal["file"] = key("points from a file")
+    path: Annotated[str, Field(min_length=1)] = key(
+        "CSV with the columns x and y, or NetCDF with the variables x and y, m, relative to the scenario file"
+    )
+    most: ClassVar[int] = MOST_SCATTERED
+
+    def estimate(self, width: float, height: float) -> float:
+        """Leave the number of points to the file."""
+        return 0.0
+
+
+def _layout(value: Any) -> Any:
+    return (
+        value.get("layout", "lattice") if isinstance(value, Mapping) else getattr(value, "layout", "lattice")
+    )
+
+
+Points = Annotated[
+    Annotated[LatticePoints, Tag("lattice")]
+    | Annotated[PoissonDiscPoints, Tag("poisson-disc")]
+    | Annotated[GradedPoints, Tag("graded")]
+    | Annotated[FilePoints, Tag("file")],
+    Discriminator(
+        _layout,
+        custom_error_type="union_tag_invalid",
+        custom_error_context={"discriminator": "'layout'", "tag": "", "expected_tags": ""},
+    ),
+]

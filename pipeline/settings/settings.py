@@ -1,0 +1,298 @@
+"""Settings of a scenario: every key, with its unit, default and limits."""
+
+from __future__ import annotations
+
+from math import prod
+from typing import Annotated, Any, Literal, get_args
+
+from pydantic import Discriminator, Field, Tag, model_validator
+
+from pipeline.settings.hazard import Georeference, Hazard
+from pipeline.settings.points import Points, Region
+from pipeline.settings.receptor import Receptor
+from pipeline.settings.release import AnyRelease
+from pipeline.settings.sample import Sample, Scalar
+from pipeline.settings.scheme import Collocation, Scheme, WeightedResidual
+from pipeline.settings.section import FrictionAngle, Positive, Section, key, relation
+from pipeline.settings.terrain import Terrain
+
+FieldName = Literal[
+    "depth", "velocity_x", "velocity_y", "max_depth", "max_speed", "max_momentum_flux", "arrival_time",
+    "deposit_depth",
+]  # fmt: skip
+MOST_FRAMES = 100_000
+FIELDS: tuple[FieldName, ...] = get_args(FieldName)
+
+
+class Domain(Region):
+    """Bounds of the points; a lattice has points on them, and its cells reach half a spacing farther."""
+
+
+class Material(Section):
+    """Friction and earth pressure."""
+
+    bed_friction: FrictionAngle = key("bed friction angle", "degrees")
+    internal_friction: FrictionAngle | None = key(
+        "internal friction angle, at least `bed_friction`; needed with mohr-coulomb", "degrees", None
+    )
+    earth_pressure: Literal["mohr-coulomb", "isotropic"] = key(
+        "earth pressure coefficient: eqs. 8-11, or 1 everywhere", default="mohr-coulomb"
+    )
+    turbulent_friction: Positive | None = key(
+        "Voellmy's turbulent friction; Coulomb friction alone where it is left out", "m s-2", None
+    )
+
+    @model_validator(mode="after")
+    def _well_posed(self) -> Material:
+        if self.earth_pressure != "mohr-coulomb":
+            return self
+        if self.internal_friction is None:
+            raise relation(
+                "expected a value with earth_pressure mohr-coulomb, found nothing",
+                "internal_friction",
+                "earth_pressure",
+            )
+        if self.internal_friction < self.bed_friction:
+            found = (
+                f"expected at most internal_friction ({self.internal_friction:g}) with earth_pressure "
+                f"mohr-coulomb, found {self.bed_friction:g}"
+            )
+            raise relation(found, "bed_friction", "internal_friction", "earth_pressure")
+        return self
+
+
+class GivenDepth(Section):
+    """A side where the depth is given."""
+
+    depth: Annotated[float, Field(ge=0)] = key("depth held at the side", "m")
+
+
+def _kind_of_side(value: Any) -> str:
+    return "given" if isinstance(value, dict | GivenDepth) else "kind"
+
+
+KindOfSide = Literal["open", "wall", "no-slip"]
+Side = Annotated[
+    Annotated[KindOfSide, Tag("kind")] | Annotated[GivenDepth, Tag("given")],
+    Discriminator(_kind_of_side),
+]
+
+
+class Boundaries(Section):
+    """What stands at each side."""
+
+    x_min: Side = key("upslope side: `open`, `wall`, `no-slip` or `{depth: value in m}`", default="open")
+    x_max: Side = key("downslope side, likewise", default="open")
+    y_min: Side = key("side of lowest y, likewise", default="open")
+    y_max: Side = key("side of highest y, likewise", default="open")
+
+
+class Time(Section):
+    """How long, and how often frames are kept."""
+
+    end: Positive = key("time to stop at", "s")
+    output_every: Positive | None = key(
+        "time between frames, from 0; the end always is one. Default: a tenth of `end`", "s", None
+    )
+    stop_at_rest: bool = key("whether a run ends once everything is at rest", default=True)
+    max_steps: Annotated[int, Field(gt=0)] | None = key(
+        "time steps after which a run fails; no change of the scenario", default=None
+    )
+    max_wall: Positive | None = key(
+        "elapsed time of computing after which a run fails; no change of the scenario", "s", None
+    )
+
+    @model_validator(mode="after")
+    def _within(self) -> Time:
+        every = self.output_every or self.end
+        if every > self.end:
+            raise relation(f"expected at most end ({self.end:g}), found {every:g}", "output_every", "end")
+        if self.end / every > MOST_FRAMES:
+            found = f"expected at most {MOST_FRAMES:,} frames, found {self.end / every:.3g}"
+            raise relation(found, "output_every", "end")
+        return self
+
+
+class Output(Section):
+    """What is kept."""
+
+    fields: Annotated[tuple[FieldName, ...], Field(min_length=1)] = key(
+        "fields kept in the store. Default: all", default=FIELDS
+    )
+    threshold: Positive | None = key(
+        "depth above which a cell counts as reached or as deposit. Default: 1 % of the largest release depth",
+        "m",
+        None,
+    )
+
+
+def _one_or_many(value: Any) -> str:
+    return "many" if isinstance(value, tuple | list) else "one"
+
+
+OneOrMany = Annotated[
+    Annotated[AnyRelease, Tag("one")] | Annotated[tuple[AnyRelease, ...], Field(min_length=1), Tag("many")],
+    Discriminator(_one_or_many),
+]
+
+_Several = Annotated[tuple[Positive, ...], Field(min_length=1)]
+
+
+def _per_run_or_lists(value: Any) -> str:
+    return "runs" if isinstance(value, tuple | list) else "lists"
+
+
+# one a run, or one an entry of lists of the sweep
+Numbers = Annotated[
+    Annotated[_Several, Tag("runs")] | Annotated[dict[str, _Several], Tag("lists")],
+    Discriminator(_per_run_or_lists),
+]
+
+
+OF_ALL_RUNS = {"sweep", "sample", "weights", "return_periods", "receptors", "georeference", "hazard"}
+
+
+class Settings(Section):
+    """A scenario: one or many runs that share points, output times and a store."""
+
+    name: str = key(
+        "name of the scenario and of its store: letters, digits, `-`, `_` and `.`, "
+        "beginning with a letter or digit",
+        pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$",
+        max_length=100,
+    )
+    description: str = key("what the scenario is, in a line", default="")
+    gravity: Positive = key("gravity; 1 for the paper's dimensionless cases", "m s-2", 9.81)
+    terrain: Terrain = key("shape of the bed")
+    domain: Domain | None = key(
+        "bounds of the points. Default: as far as the flow of any run comes, found by runs on wider spacing",
+        default=None,
+    )
+    points: Points = key("layout of the points")
+    release: OneOrMany = key("what is released, one shape or a list of them")
+    material: Material = key("friction and earth pressure")
+    boundaries: Boundaries = key("what stands at each side", default=Boundaries())
+    scheme: Scheme = key("numerical choices", default=WeightedResidual())
+    time: Time = key("duration and frames")
+    output: Output = key("what is kept", default=Output())
+    sweep: dict[str, Annotated[tuple[Scalar, ...], Field(min_length=1)]] = key(
+        "lists of values by dotted key (`material.bed_friction`, `release.0.volume`); "
+        "the runs are the product of all lists, the last varying fastest",
+        default={},
+    )
+    sample: Sample | None = key("parameters drawn at random", default=None)
+    weights: Numbers | None = key(
+        "how much each run counts in probabilities, relative to the others: a list with one a run, or lists "
+        "by key of the sweep with one an entry, which multiply. Default: all equally",
+        default=None,
+    )
+    return_periods: Numbers | None = key(
+        "mean time between events like that of a run: a list with one a run, or one list by key of the sweep",
+        "years",
+        None,
+    )
+    receptors: tuple[Receptor, ...] = key(
+        "places of which depth, speed, pressure and arrival are wanted; no change of the scenario", default=()
+    )
+
+    georeference: Georeference | None = key(
+        "where the profile lies on the map; no change of the scenario", default=None
+    )
+    hazard: Hazard = key("what is mapped of the results; no change of the scenario", default=Hazard())
+
+    @model_validator(mode="after")
+    def _countable(self) -> Settings:
+        if self.domain is None:
+            return self
+        (x0, x1), (y0, y1) = self.domain.x, self.domain.y
+        count, most = self.points.estimate(x1 - x0, y1 - y0), self.points.most
+        if count > most:
+            at = "points.count" if getattr(self.points, "count", None) else "points.spacing"
+            raise relation(f"expected at most {most:,} points, found {count:.3g}", at, "domain")
+        return self
+
+    @model_validator(mode="after")
+    def _found(self) -> Settings:
+        if self.domain is not None:
+            return self
+        for side, stands in self.boundaries:
+            if stands != "open":
+                raise relation("expected a domain, as a side is not open", "domain", f"boundaries.{side}")
+        if getattr(self.points, "spacing", None) is None:
+            raise relation(
+                "expected a domain, as the points have no spacing of their own", "domain", "points"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _possible(self) -> Settings:
+        if isinstance(self.scheme, Collocation):
+            for side, stands in self.boundaries:
+                if isinstance(stands, GivenDepth):
+                    found = "expected open, wall or no-slip with form collocation, found a given depth"
+                    raise relation(found, f"boundaries.{side}", "scheme.form")
+        return self
+
+    @model_validator(mode="after")
+    def _weighted(self) -> Settings:
+        self._check_numbers("weights", self.weights)
+        self._check_numbers("return_periods", self.return_periods)
+        if isinstance(self.return_periods, dict) and len(self.return_periods) != 1:
+            raise relation(f"expected one list, found {len(self.return_periods)}", "return_periods")
+        return self
+
+    @model_validator(mode="after")
+    def _receptors_fit(self) -> Settings:
+        names = [receptor.name for receptor in self.receptors]
+        for i, name in enumerate(names):
+            if name in names[:i]:
+                raise relation(f"expected a name of its own, found '{name}' again", f"receptors.{i}.name")
+        for i, receptor in enumerate(self.receptors):
+            for x, y in receptor.corners:
+                if self.domain is not None and not self.domain.holds(x, y):
+                    (x0, x1), (y0, y1) = self.domain.x, self.domain.y
+                    found = f"expected places in the domain, x [{x0:g}, {x1:g}] and y [{y0:g}, {y1:g}]"
+                    raise relation(f"{found}, found [{x:g}, {y:g}]", f"receptors.{i}", "domain")
+        return self
+
+    def _check_numbers(
+        self, name: str, numbers: tuple[float, ...] | dict[str, tuple[float, ...]] | None
+    ) -> None:
+        """Refuse numbers that are not as many as runs, or as entries of the lists of the sweep."""
+        if isinstance(numbers, tuple):
+            if len(numbers) != self.run_count:
+                raise relation(f"expected {self.run_count:,} values, one a run, found {len(numbers)}", name)
+            return
+        for swept, entries in (numbers or {}).items():
+            if swept not in self.sweep:
+                known = ", ".join(self.sweep) or "none"
+                raise relation(f"expected a key of the sweep ({known}), found '{swept}'", (name, swept))
+            if len(entries) != len(self.sweep[swept]):
+                expected = f"expected {len(self.sweep[swept])} values, one an entry of the sweep's list"
+                raise relation(f"{expected}, found {len(entries)}", (name, swept))
+
+    @property
+    def run_count(self) -> int:
+        """Number of runs: entries of the sweep's lists times draws of the sample."""
+        return prod(map(len, self.sweep.values())) * (1 if self.sample is None else self.sample.rows)
+
+    @property
+    def varied(self) -> tuple[str, ...]:
+        """Keys that differ between runs: those of the sweep, then those of the sample."""
+        return (*self.sweep, *(() if self.sample is None else self.sample.values))
+
+    @property
+    def bounds(self) -> Domain:
+        """The domain, which is known once it was given or found."""
+        assert self.domain is not None
+        return self.domain
+
+    @property
+    def releases(self) -> tuple[AnyRelease, ...]:
+        """The releases as a tuple, however they were written."""
+        return self.release if isinstance(self.release, tuple) else (self.release,)
+
+
+def json_schema() -> dict[str, Any]:
+    """Give the JSON Schema of a scenario file, for editors."""
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **Settings.model_json_schema()}

@@ -1,0 +1,1 @@
+"""What a place holds: variables, Zarr stores, their storage, locks, status and provenance."""

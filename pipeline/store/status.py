@@ -1,0 +1,59 @@
+"""What a place holds: how far each scenario is, what made it, and who is at it."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pipeline.store import provenance, zarr_store
+from pipeline.store.place import holder, store_paths
+from pipeline.store.provenance import short
+from pipeline.store.variables import Status
+
+
+@dataclass(frozen=True)
+class Survey:
+    """One store: how many runs are in which state, and its attributes."""
+
+    name: str
+    statuses: Counter[Status]
+    attributes: dict[str, Any]
+
+    @property
+    def finished(self) -> bool:
+        """Whether no run is pending."""
+        return not self.statuses[Status.PENDING]
+
+    def __str__(self) -> str:
+        """Two lines: the counts, and what made the store."""
+        total = sum(self.statuses.values())
+        counts = ", ".join(f"{self.statuses[s]} {s.words.replace('_', ' ')}" for s in Status)
+        held = self.attributes
+        made = f"made by lmls {held.get('lmls_version', 'unknown')}, solver {short(held.get('solver_hash'))}"
+        changed = provenance.differences(held)
+        note = f"; another one here: {', '.join(changed)}" if changed else ""
+        scenario = short(held.get("scenario_hash"))
+        return f"{self.name}: {total} run{'s' * (total != 1)}: {counts}\n  scenario {scenario}, {made}{note}"
+
+
+def survey(out: Path) -> Iterator[Survey]:
+    """Survey the stores of a place, one by one; what is no store of scenarios is passed over.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is none.
+    """
+    for path in store_paths(out):
+        if "scenario_hash" not in zarr_store.attributes(path):
+            continue
+        yield Survey(path.stem, Counter(map(Status, zarr_store.statuses(path))), zarr_store.attributes(path))
+
+
+def use(out: Path) -> str:
+    """Say who is at a place."""
+    found = holder(out)
+    return f"in use by {found}" if found else "nobody is at it"

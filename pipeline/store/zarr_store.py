@@ -1,0 +1,199 @@
+"""One Zarr store per scenario: the writing of a group of runs, their statuses, and the opening of it.
+
+A chunk along ``run`` is a group, written by exactly one task, and ``status`` is written last, so that it
+alone tells what is finished.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import hashlib
+import json
+import os
+import shutil
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import zarr
+from numpy.typing import NDArray
+from zarr.api.asynchronous import open_group
+from zarr.core.sync import sync
+
+from pipeline.store.storage import is_url, store_of
+from pipeline.store.variables import DIGEST, STATUS, TIMINGS, Status, Variable
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Values = Mapping[str, Any]
+# The arrays of the store that was written last: a batch goes through its stores one after another.
+_opened: dict[tuple[str, str, tuple[str, ...]], dict[str, zarr.AsyncArray[Any]]] = {}
+
+
+def write(
+    path: Path, variables: Sequence[Variable], rows: Mapping[int, Values], status: Mapping[int, Status]
+) -> None:
+    """Write runs of one group: their values, the digest of these, and the status last.
+
+    Parameters
+    ----------
+    path : Path
+        The store.
+    variables : sequence of Variable
+        What the store holds per run, in the order of writing, digest and status last.
+    rows : mapping of run to values
+        Values by name of variable, shaped as the variable without its ``run``; what is missing gets the fill.
+    status : mapping of run to Status
+        What became of each of these runs.
+
+    Raises
+    ------
+    ValueError
+        If the runs are not of one group, whose chunks alone the caller may touch.
+    """
+    # zarr's own event loop and threads stay; making new ones each time costs as much as all else
+    sync(_write(path, variables, rows, status))
+
+
+async def _write(
+    path: Path, variables: Sequence[Variable], rows: Mapping[int, Values], status: Mapping[int, Status]
+) -> None:
+    arrays = await _arrays(path, tuple(variable.name for variable in variables))
+    states = arrays[STATUS.name]
+    group = states.chunks[0]
+    if len({run // group for run in status}) != 1:
+        raise ValueError(f"runs {sorted(status)} are not of one group of {group}")
+    start = min(status) // group * group
+    block = slice(start, min(start + group, states.shape[0]))
+    if np.any(np.asarray(await states.getitem(block)) != Status.PENDING):
+        await _put(states, block, dict.fromkeys(status, Status.PENDING))
+    # each call of zarr from outside its event loop costs more than the writing of a scalar
+    written = await asyncio.gather(
+        *(
+            _put(arrays[v.name], block, {run: rows[run].get(v.name, v.fill) for run in status})
+            for v in variables[:-2]
+        )
+    )
+    held = {v.name: whole for v, whole in zip(variables, written, strict=False) if v.name not in TIMINGS}
+    digests = {
+        run: digest({STATUS.name: np.int8(state), **{name: held[name][run - start] for name in held}})
+        for run, state in status.items()
+    }
+    await _put(arrays[DIGEST.name], block, digests)
+    await _put(states, block, status)
+
+
+async def _arrays(path: Path, names: tuple[str, ...]) -> dict[str, zarr.AsyncArray[Any]]:
+    """Give arrays of a store, opened once as long as the store is the same."""
+    root = await open_group(store_of(path), mode="r+", use_consolidated=False)
+    key = str(path), json.dumps(root.attrs, sort_keys=True), names
+    if key not in _opened:
+        found = await asyncio.gather(*(root.getitem(name) for name in names))
+        _opened.clear()
+        arrays = [array for array in found if isinstance(array, zarr.AsyncArray)]
+        # to look whether a chunk of a field is empty costs half as much as to compress it
+        _opened[key] = {a.basename: a.with_config({"write_empty_chunks": a.ndim > 1}) for a in arrays}
+    return _opened[key]
+
+
+def digest(values: Values) -> str:
+    """SHA-256 of values by name, hexadecimal, whatever their order."""
+    found = hashlib.sha256()
+    for name, value in sorted(values.items()):
+        array = np.asarray(value)
+        text = array.dtype.kind in "OUT"
+        found.update(f"{name}\0".encode())
+        found.update("\0".join(array.ravel().tolist()).encode() if text else np.ascontiguousarray(array).data)
+    return found.hexdigest()
+
+
+async def _put(array: zarr.AsyncArray[Any], block: slice, values: Mapping[int, Any]) -> NDArray[Any]:
+    """Write a block of runs at once and give it; runs of it that have no value here stay as they are."""
+    whole: Any
+    if len(values) == block.stop - block.start:
+        whole = np.empty((len(values), *array.shape[1:]), array.dtype)
+    else:
+        whole = await array.getitem(block)
+    for run, value in values.items():
+        whole[run - block.start] = value
+    await array.setitem(block, whole)
+    return np.asarray(whole)
+
+
+def _array(root: zarr.Group, variable: Variable) -> zarr.Array[Any]:
+    array = root[variable.name]
+    assert isinstance(array, zarr.Array)
+    return array
+
+
+def dims(array: Any) -> tuple[str, ...]:
+    """Names of the dimensions of an array."""
+    return tuple(array.metadata.dimension_names or ())
+
+
+def read(path: Path) -> zarr.Group:
+    """Open a store to read it."""
+    return zarr.open_group(store_of(path), mode="r", use_consolidated=False)
+
+
+def statuses(path: Path, runs: slice = slice(None)) -> NDArray[np.int8]:
+    """Give the status of every run, or of some, shape (runs,): all that resuming reads."""
+    root = read(path)
+    return np.asarray(_array(root, STATUS)[runs], np.int8)
+
+
+def group(path: Path) -> int:
+    """Give the runs per task: the chunk length along ``run``."""
+    return int(_array(read(path), STATUS).chunks[0])
+
+
+def row(path: Path, variables: Sequence[Variable], run: int) -> dict[str, Any]:
+    """Read the values of a run by name of variable, digest and status apart, as ``write`` takes them."""
+    root = read(path)
+    arrays = {variable.name: _array(root, variable) for variable in variables[:-2]}
+    return {name: array[run] if "run" in dims(array) else array[...] for name, array in arrays.items()}
+
+
+def attributes(path: Path) -> dict[str, Any]:
+    """Attributes of a store, empty where there is none."""
+    try:
+        return dict(read(path).attrs)
+    except FileNotFoundError:
+        return {}
+
+
+def open_store(path: Path) -> xr.Dataset:
+    """Open a store lazily, values read as they are used.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no store at ``path``.
+    """
+    import xarray as xr
+
+    opened: xr.Dataset = xr.open_zarr(store_of(path), chunks=None, consolidated=False)
+    return opened
+
+
+def sweep_partials(out: Path) -> int:
+    """Remove what killed writers left in a place nobody else writes to; gives how many things."""
+    found = 0
+    if is_url(out):
+        # what is written there is there whole or not at all; only points of a killed driver are left
+        for left in out.glob("*.partial"):
+            left.unlink()
+            found += 1
+        return found
+    for folder, folders, files in os.walk(out):
+        for name in [f for f in folders if f.endswith(".partial")]:
+            shutil.rmtree(Path(folder, name))
+            folders.remove(name)
+            found += 1
+        for name in files:
+            if name.endswith(".partial"):
+                Path(folder, name).unlink()
+                found += 1
+    return found

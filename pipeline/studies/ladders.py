@@ -1,0 +1,236 @@
+"""Error and cost of runs over ladders of spacings, for every form and layout, on cases of known solution."""
+
+from __future__ import annotations
+
+import tracemalloc
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from statistics import median
+from time import thread_time
+
+import numpy as np
+
+from solver.arrays import Array
+from solver.forms import prepare
+from solver.scene import Collocation, Scene, Scheme, WeightedResidual
+from solver.simulation import simulate
+from solver.verification.cases import CHUTE, Case, Points, cap, compare, dam_break
+
+FORMS: dict[str, Scheme] = {"weighted-residual": WeightedResidual(), "collocation": Collocation()}
+LAYOUTS = ("lattice", "cloud")
+# A run is repeated so often, and more often as long as all take less than so many seconds together.
+LEAST_REPEATS, MOST_REPEATS, ENOUGH = 3, 15, 1.0
+# A run longer than this, s, is timed once.
+LONG = 5.0
+# Coarse enough to cost nothing, fine enough for a support of collocation on a cloud, m.
+QUARTER = 4
+
+
+@dataclass(frozen=True)
+class Row:
+    """One run and what it took.
+
+    variant : what is unusual about it, else empty. spacing : m. time : simulated, s. cpu_time : thread CPU
+    seconds of the time loop, the median of ``repeats``. setup_time : thread CPU seconds from the bounds to
+    the first step: points, operators, release. depth, momentum : relative L2 errors, depth_l1 : relative
+    L1 error, dimensionless; NaN where no solution is known. memory : most bytes of arrays alive during the
+    run, points and operators among them; setup_memory : the same during set-up.
+    """
+
+    case: str
+    form: str
+    layout: str
+    variant: str
+    spacing: float
+    time: float
+    points: int
+    steps: int
+    cell_stages: int
+    cpu_time: float
+    repeats: int
+    setup_time: float
+    depth: float
+    momentum: float
+    depth_l1: float
+    volume_error: float
+    memory: int
+    setup_memory: int
+
+    @property
+    def rate(self) -> float:
+        """Cell-stages per CPU second."""
+        return self.cell_stages / self.cpu_time
+
+
+@dataclass(frozen=True)
+class Ladder:
+    """A case with the spacings, m, of each form and layout that it is run by.
+
+    fine : whether it is compared with a fine solution, on a quarter of the least spacing of all.
+    """
+
+    name: str
+    case: Case
+    spacings: dict[tuple[str, str], tuple[float, ...]]
+    fine: bool = False
+
+    def known(self) -> Case:
+        """Give the case with what to compare with, computing that where it has to be."""
+        if not self.fine:
+            return self.case
+        return self.case.against_fine(min(min(s) for s in self.spacings.values()) / QUARTER)
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a benchmark runs.
+
+    ladders : of which the last is run to ``end_times``, s, and with and without skipping, at ``spacing``, m.
+    """
+
+    ladders: tuple[Ladder, ...]
+    spacing: float
+    end_times: tuple[float, ...]
+
+
+def _spacings(
+    lattice: tuple[float, ...],
+    cloud: tuple[float, ...],
+    collocation: tuple[float, ...] = (),
+    collocation_cloud: tuple[float, ...] = (),
+) -> dict[tuple[str, str], tuple[float, ...]]:
+    given = (lattice, cloud, collocation, collocation_cloud)
+    kinds = [(form, layout) for form in FORMS for layout in LAYOUTS]
+    return {kind: spacings for kind, spacings in zip(kinds, given, strict=True) if spacings}
+
+
+# The collocation form knows no given depth at a side, and so no dam that is fed.
+FULL = Plan(
+    (
+        Ladder("frictionless cap", cap(), _spacings((8, 4, 2, 1, 0.5), (8, 4, 2, 1), (8, 4, 2), (8, 4))),
+        Ladder("cap with friction", cap(25.0), _spacings((8, 4, 2, 1), (8, 4, 2), (8, 4, 2), (8, 4)), True),
+        Ladder("dam break 22/21", dam_break(), _spacings((2, 1, 0.5, 0.25, 0.125), (2, 1, 0.5, 0.25))),
+        Ladder(
+            "chute",
+            CHUTE,
+            _spacings((0.8, 0.4, 0.2, 0.1), (0.8, 0.4, 0.2, 0.1), (0.4, 0.2), (0.4, 0.2)),
+            True,
+        ),
+    ),
+    0.2,
+    (6.0, 12.0, 24.0, 48.0, 96.0),
+)
+QUICK = Plan(
+    (
+        Ladder("frictionless cap", cap(), _spacings((8, 4, 2, 1), (8, 4, 2), (16, 8), (16, 8))),
+        Ladder("cap with friction", cap(25.0), _spacings((8, 4, 2), (8, 4), (16, 8), (16, 8)), True),
+        Ladder("dam break 22/21", dam_break(), _spacings((2, 1, 0.5, 0.25), (2, 1, 0.5))),
+        Ladder("chute", CHUTE, _spacings((0.8, 0.4), (0.8, 0.4), (0.8,), (0.8,)), True),
+    ),
+    0.4,
+    (6.0, 24.0, 96.0),
+)
+
+
+def climb(ladder: Ladder, case: Case) -> Iterator[Row]:
+    """Run a ladder from coarse to fine; ``case`` is its own, with what to compare with."""
+    for (form, layout), spacings in ladder.spacings.items():
+        for spacing in spacings:
+            yield timed(ladder.name, case, form, layout, spacing)
+
+
+def skipping(ladder: Ladder, case: Case, spacing: float) -> Iterator[Row]:
+    """Run a case on a lattice with and without what is skipped, and on a domain doubled in each direction.
+
+    A spacing, m, that divides the domain keeps the points where they are.
+    """
+    (x0, x1), (y0, y1) = case.x, case.y
+    beside = round((y1 - y0) / 2 / spacing) * spacing
+    doubled = replace(case, x=(x0, 2 * x1 - x0), y=(y0 - beside, y1 + beside))
+    for domain, where in (("", case), ("domain doubled", doubled)):
+        for what in ("", "nothing skipped"):
+            variant = ", ".join(filter(None, (domain, what))) or "as it is"
+            yield timed(ladder.name, where, "weighted-residual", "lattice", spacing, variant, skip=not what)
+
+
+def ending(ladder: Ladder, spacing: float, times: tuple[float, ...]) -> Iterator[Row]:
+    """Run a case on a lattice to several end times, s, compared with nothing."""
+    for time in times:
+        case = replace(ladder.case, time=time, expected=unknown)
+        yield timed(ladder.name, case, "weighted-residual", "lattice", spacing, "end time")
+
+
+def unknown(points: Points, scheme: Scheme) -> tuple[Array, Array]:
+    """Expect NaN, for runs that are only timed."""
+    nothing = np.full(points.shape, np.nan)
+    return nothing, nothing
+
+
+def timed(
+    name: str, case: Case, form: str, layout: str, spacing: float, variant: str = "", *, skip: bool = True
+) -> Row:
+    """Run a case once for its errors and its memory, then for its times."""
+
+    def scene() -> Scene:
+        points = case.points(layout, spacing)
+        return replace(case.scene(points, FORMS[form]), operators=prepare(points, FORMS[form]))
+
+    tracemalloc.start()
+    made = scene()
+    _, setup_memory = tracemalloc.get_traced_memory()
+    tracemalloc.reset_peak()
+    run = simulate(made, [case.time], skip=skip)
+    _, memory = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    if run.failure is not None:
+        raise RuntimeError(f"{name}, {form}, {layout}, {spacing:g} m: {run.failure.reason}")
+    found = compare(case, made, run)
+    setup_time = thread_time()
+    made = scene()
+    setup_time = thread_time() - setup_time
+    times = [run.cpu_time] if run.cpu_time > LONG else []
+    while not times or (
+        times[0] <= LONG
+        and (len(times) < LEAST_REPEATS or (len(times) < MOST_REPEATS and sum(times) < ENOUGH))
+    ):
+        times.append(simulate(made, [case.time], skip=skip).cpu_time)
+    return Row(
+        name,
+        form,
+        layout,
+        variant,
+        spacing,
+        case.time,
+        int(np.prod(made.points.shape)),
+        run.steps,
+        run.cell_stages,
+        median(times),
+        len(times),
+        setup_time,
+        found.depth,
+        found.momentum,
+        found.depth_l1,
+        run.ledger.error,
+        memory,
+        setup_memory,
+    )
+
+
+def cost_at(errors: list[float], costs: list[float], wanted: float) -> tuple[float, bool]:
+    """Read off the cost at an error, linear in the logarithms, and whether it lies within those measured.
+
+    Outside, the line through the nearest two goes on.
+
+    Raises
+    ------
+    ValueError
+        If fewer than two errors are given.
+    """
+    if len(errors) < 2:
+        raise ValueError("one error alone gives no line")
+    order = np.argsort(errors)
+    x, y = np.log(np.array(errors)[order]), np.log(np.array(costs)[order])
+    at = np.log(wanted)
+    k = int(np.clip(np.searchsorted(x, at), 1, len(x) - 1))
+    slope = (y[k] - y[k - 1]) / (x[k] - x[k - 1])
+    return float(np.exp(y[k] + slope * (at - x[k]))), bool(x[0] <= at <= x[-1])

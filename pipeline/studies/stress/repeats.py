@@ -1,0 +1,137 @@
+"""The same scene again: restarted, mirrored, under another gravity, on another scale."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from pipeline.studies.stress.scenes import Drawn, prepared
+from solver.checks.invariants import Check
+from solver.physics.friction import Voellmy
+from solver.points.cloud import PointCloud
+from solver.points.lattice import Lattice
+from solver.run import Run
+from solver.scene import Boundaries, Scene
+from solver.simulation import begin
+
+# Steps that are repeated; what mirrors to round-off only is compared after fewer.
+STEPS, FEW_STEPS = 60, 10
+# Largest difference of depth of what mirrors to round-off, as part of the largest depth.
+ROUND_OFF = 1e-9
+# What comes from products that underflow scales no more, nor what it has been mixed into since.
+UNDERFLOW = 1e-60
+# Gravity and lengths are scaled by a power of 4, whose root is exact.
+FACTOR = 4.0
+# Keys of lengths, wherever they stand.
+LENGTHS = {"x", "y", "spacing", "centre", "radius", "radii", "height", "start", "end", "joint", "depth"}
+
+
+def repeat(drawn: Drawn) -> list[Check]:
+    """Repeat the first steps of a scene in all ways, and compare."""
+    ready = prepared(drawn)
+    scene, end = ready.scene, float(ready.times[-1])
+    whole = _stepped(scene, end, STEPS)
+    checks = [Check("a restart changes nothing", _unequal(_restarted(scene, end), whole), 0.0)]
+    exact = isinstance(scene.points, Lattice)
+    steps = STEPS if exact else FEW_STEPS
+    here, there = _stepped(scene, end, steps), _stepped(mirrored(scene), end, steps)
+    if exact:
+        pairs = zip(here.state, there.state, (1, 1, -1), strict=True)
+        differ = float(sum((a != sign * b[::-1]).sum() for a, b, sign in pairs))
+        checks.append(Check("mirrors to the last bit", differ, 0.0))
+    else:
+        gap = float(np.abs(here.state[0] - there.state[0]).max(initial=0.0))
+        checks.append(Check("mirrors to round-off", gap / max(float(scene.depth.max()), 1e-300), ROUND_OFF))
+    strong = _stepped(stronger(scene), end / np.sqrt(FACTOR), STEPS)
+    checks.append(Check("gravity scales time", _scaled(strong, whole, 1.0, np.sqrt(FACTOR)), 0.0))
+    if exact:
+        large = prepared(larger(drawn))
+        run = _stepped(large.scene, float(large.times[-1]), STEPS)
+        checks.append(Check("length scales", _scaled(run, whole, FACTOR, np.sqrt(FACTOR)), 0.0))
+    return checks
+
+
+def _stepped(scene: Scene, end: float, steps: int) -> Run:
+    run = begin(scene, end, 0.0, True)
+    run.advance(end, steps)
+    return run
+
+
+def _restarted(scene: Scene, end: float) -> Run:
+    """Step half of the way, and the rest by another run that is given what the first carried."""
+    first, second = _stepped(scene, end, STEPS // 2), begin(scene, end, 0.0, True)
+    second.restore({name: array.copy() for name, array in first.carried.items()})
+    second.advance(end, STEPS)
+    return second
+
+
+def _unequal(run: Run, other: Run) -> float:
+    """Count the values carried that differ."""
+    pairs = zip(run.carried.values(), other.carried.values(), strict=True)
+    return float(sum(int((a.view(np.uint8) != b.view(np.uint8)).sum()) for a, b in pairs))
+
+
+def _scaled(run: Run, other: Run, length: float, speed: float) -> float:
+    """Count the values of a state that are not those of another one, scaled."""
+    factors = length, speed, speed
+    pairs = [(a, f * b) for a, b, f in zip(run.state, other.state, factors, strict=True)]
+    return float(sum(((a != b) & (np.abs(a) + np.abs(b) > UNDERFLOW)).sum() for a, b in pairs))
+
+
+def mirrored(scene: Scene) -> Scene:
+    """Mirror a scene across the bed."""
+    sides, points = scene.boundaries, scene.points
+    low, high = points.y
+    state = scene.depth, scene.velocity_x, -scene.velocity_y
+    if isinstance(points, Lattice):
+        image: Lattice | PointCloud = Lattice(points.x, (-high, -low), points.spacing)
+        state = tuple(a[::-1].copy() for a in state)  # type: ignore[assignment]
+    else:
+        image = PointCloud(points.points * [1, -1], points.x, (-high, -low))
+    depth, velocity_x, velocity_y = state
+    return replace(
+        scene,
+        points=image,
+        depth=depth,
+        velocity_x=velocity_x,
+        velocity_y=velocity_y,
+        boundaries=Boundaries(sides.x_min, sides.x_max, sides.y_max, sides.y_min),
+        operators=None,
+    )
+
+
+def stronger(scene: Scene) -> Scene:
+    """Put a scene under a stronger gravity, at the speeds that belong to it."""
+    speed, friction = np.sqrt(FACTOR), scene.friction
+    if isinstance(friction, Voellmy):
+        friction = replace(friction, turbulent_friction=FACTOR * friction.turbulent_friction)
+    return replace(
+        scene,
+        gravity=FACTOR * scene.gravity,
+        velocity_x=speed * scene.velocity_x,
+        velocity_y=speed * scene.velocity_y,
+        friction=friction,
+    )
+
+
+def larger(drawn: Drawn) -> Drawn:
+    """Put a scene on a larger scale, at the speeds that belong to it."""
+    data = _lengths(drawn.data)
+    for key in ("end", "output_every"):
+        data["time"][key] = float(np.sqrt(FACTOR) * drawn.data["time"][key])
+    points = None if drawn.points is None else FACTOR * drawn.points
+    return replace(drawn, data=data, points=points)
+
+
+def _lengths(value: Any, key: str = "") -> Any:
+    """Scale all lengths and velocities in a part of a scenario file."""
+    if isinstance(value, dict):
+        return {name: _lengths(inner, name) for name, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [_lengths(inner, key) for inner in value]
+    if isinstance(value, bool | str):
+        return value
+    factor = FACTOR if key in LENGTHS else float(np.sqrt(FACTOR)) if key == "velocity" else 1.0
+    return factor * value if factor != 1.0 else value

@@ -1,0 +1,124 @@
+"""The tables of a stress campaign."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from solver.kernels.runge_kutta import AT_REST, OUT_OF_STEPS, REACHED
+from solver.simulation import REASONS
+
+if TYPE_CHECKING:
+    from pipeline.studies.stress.campaign import Row
+
+ENDINGS = {REACHED: "end of time", AT_REST: "rest", OUT_OF_STEPS: "bound of work", **REASONS}
+ENDINGS[OUT_OF_STEPS] = "bound of work"
+
+
+def write(rows: list[Row], to: Path, told: dict[str, Any]) -> list[Path]:
+    """Write the report as Markdown, and a line a scene as CSV."""
+    to.mkdir(parents=True, exist_ok=True)
+    report, table = to / "stress.md", to / "stress.csv"
+    report.write_text("\n".join([*_report(rows, told), ""]), encoding="utf-8")
+    with table.open("w", newline="", encoding="utf-8") as file:
+        lines = [_line(row) for row in rows]
+        writer = csv.DictWriter(file, list(lines[0]))
+        writer.writeheader()
+        writer.writerows(lines)
+    return [report, table]
+
+
+def _line(row: Row) -> dict[str, Any]:
+    found = row.watched
+    numbers = {
+        "number_of_points": found.points if found else "",
+        "ending": ENDINGS[found.outcome] if found else "refused" if not row.broken else "error",
+        "steps": found.steps if found else "",
+        "steps_checked": found.steps_looked_at if found else "",
+        "cell_stages": found.work if found else "",
+        "seconds": f"{found.wall:.3f}" if found else "",
+        "repeated": int(row.repeated),
+        "broken": "; ".join(f"{law}: {text}" for law, text in row.broken.items()),
+        "reason": row.reason,
+    }
+    return {"scene": row.drawn.name, **row.drawn.labels, **numbers}
+
+
+def _report(rows: list[Row], told: dict[str, Any]) -> Iterator[str]:
+    kept, other = ([row for row in rows if row.conservative is c] for c in (True, False))
+    yield f"# {told['scenes']} scenes of seed {told['seed']}"
+    yield ""
+    broken = [row for row in kept if row.broken]
+    yield (
+        f"{len(kept)} scenes of the conservative form, {len(broken)} of which break a law; "
+        f"{len(other)} of the collocation form. A scene ends after {told['work']:.2g} cell-stages. "
+        f"{told['seconds']:.0f} s with {told['workers']} workers."
+    )
+    yield from ["", "## Laws", "", *_laws(kept)]
+    yield from ["", "## Time steps", "", *_steps(kept)]
+    yield from ["", "## Endings", "", *_endings(kept)]
+    yield from ["", "## Coverage", "", *_coverage(kept)]
+    yield from ["", "## Collocation", "", *_laws(other)]
+
+
+def _laws(rows: list[Row]) -> Iterator[str]:
+    """One line a law: where it was checked, where it was broken, and how near it came to that."""
+    found: dict[str, list[float]] = {}
+    for row in rows:
+        worst = {law: check for law, (check, _) in row.watched.worst.items()} if row.watched else {}
+        worst |= {check.law: check for check in row.repeats}
+        for law, check in worst.items():
+            line = found.setdefault(law, [0, 0, 0, -np.inf, check.limit])
+            line[0] += 1
+            line[1] += row.watched.checks.get(law, 1) if row.watched else 1
+            line[2] += not check.kept
+            line[3] = max(line[3], check.value)
+    yield "| law | scenes | checks | broken in | largest value, or first beyond | allowed |"
+    yield "|---|---|---|---|---|---|"
+    for law, (scenes, checks, bad, value, limit) in found.items():
+        yield f"| {law} | {scenes:.0f} | {checks:.0f} | {bad:.0f} | {value + 0.0:.3g} | {limit:.3g} |"
+
+
+def _steps(rows: list[Row]) -> Iterator[str]:
+    """Quantiles over the scenes."""
+    runs = [row.watched for row in rows if row.watched and row.watched.steps]
+    shares = [w.worst["no film sets the step"][0] for w in runs if "no film sets the step" in w.worst]
+    lines: dict[str, list[float]] = {
+        "steps of a scene": [w.steps for w in runs],
+        "steps checked": [w.steps_looked_at for w in runs],
+        "cell-stages": [w.work for w in runs],
+        "points": [w.points for w in runs],
+        "seconds": [w.wall for w in runs],
+        "longest over shortest step": [w.longest / w.shortest for w in runs if w.longest > 0],
+        "shortest step over the least allowed": [1 / c.value for c in shares if c.value > 0],
+    }
+    yield "| | least | 10 % | median | 90 % | most |"
+    yield "|---|---|---|---|---|---|"
+    for name, values in lines.items():
+        if values:
+            shown = " | ".join(f"{q:.3g}" for q in np.quantile(values, [0, 0.1, 0.5, 0.9, 1]))
+            yield f"| {name} | {shown} |"
+
+
+def _endings(rows: list[Row]) -> Iterator[str]:
+    names = [str(_line(row)["ending"]) for row in rows]
+    yield "| ending | scenes |"
+    yield "|---|---|"
+    for name in dict.fromkeys(names):
+        yield f"| {name} | {names.count(name)} |"
+
+
+def _coverage(rows: list[Row]) -> Iterator[str]:
+    yield "| of | class | scenes | refused | repeated | steps | broken |"
+    yield "|---|---|---|---|---|---|---|"
+    for of in rows[0].drawn.labels if rows else ():
+        for name in sorted({row.drawn.labels.get(of, "") for row in rows}):
+            mine = [row for row in rows if row.drawn.labels.get(of, "") == name]
+            steps = sum(row.watched.steps for row in mine if row.watched)
+            refused = sum(row.watched is None for row in mine)
+            repeated, broken = sum(row.repeated for row in mine), sum(bool(row.broken) for row in mine)
+            yield f"| {of} | {name} | {len(mine)} | {refused} | {repeated} | {steps} | {broken} |"

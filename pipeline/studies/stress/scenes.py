@@ -1,0 +1,174 @@
+"""Random scenes as scenario files: drawn from a seed, from plain ones to what no survey would give."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+import yaml
+from numpy.typing import NDArray
+
+from pipeline.mistakes import BadInput
+from pipeline.runs.runs import Prepared, Run, build_scene
+from pipeline.runs.shared_points import made
+from pipeline.scenario.point_file import PointFile
+from pipeline.scenario.scenario import load
+from pipeline.scenario.schema_errors import check
+from pipeline.scenario.strict_yaml import parse
+from pipeline.studies.stress import draws
+
+Data = draws.Data
+
+# Layouts and their shares of the scenes; file layouts hold what no generator of ours would place.
+LAYOUTS = {
+    "lattice": 0.5,
+    "even cloud": 0.1,
+    "graded cloud": 0.1,
+    "shaken lattice": 0.07,
+    "stretched cloud": 0.05,
+    "thrown points": 0.06,
+    "nearly coincident": 0.05,
+    "collocation, lattice": 0.04,
+    "collocation, cloud": 0.03,
+}
+# Most points, and most cells across the first heap, of the kinds of runs.
+MOST_POINTS = {"lattice": 250_000, "cloud": 6_000, "collocation": 2_500}
+MOST_ACROSS = {"lattice": 400, "cloud": 50, "collocation": 20}
+LEAST_ACROSS = {"lattice": 4, "cloud": 4, "collocation": 8}
+LONGEST_TIME = 40.0
+# steps, roughly, beyond which no end time lies: a step would be next to nothing of it.
+MOST_STEPS = 1e6
+STOPPING_TIMES = 40.0
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """One scene: the content of its scenario file, what it is of, and the points of a ``file`` layout, m."""
+
+    name: str
+    data: Data
+    labels: Mapping[str, str] = field(default_factory=dict)
+    points: NDArray[np.float64] | None = None
+
+    @property
+    def text(self) -> str:
+        """The scenario file."""
+        return yaml.safe_dump(self.data, sort_keys=False, default_flow_style=None, width=105)
+
+    def write(self, folder: Path) -> Path:
+        """Write the scenario file, and beside it that of its points."""
+        folder.mkdir(parents=True, exist_ok=True)
+        if self.points is not None:
+            lines = ["x,y", *(f"{x!r},{y!r}" for x, y in self.points.tolist())]
+            (folder / str(self.data["points"]["path"])).write_text("\n".join(lines) + "\n", encoding="utf-8")
+        path = folder / f"{self.name}.yaml"
+        path.write_text(self.text, encoding="utf-8")
+        return path
+
+
+def draw(seed: int, number: int) -> Drawn:
+    """Draw a scene; the same seed and number give the same one everywhere."""
+    rng = np.random.default_rng([seed, number])
+    layout = draws.chosen(rng, LAYOUTS)
+    kind = "collocation" if "collocation" in layout else "lattice" if layout == "lattice" else "cloud"
+    gravity = draws.rounded(9.81 if rng.random() < 0.4 else draws.log_uniform(rng, 1e-3, 30.0))
+    radius = draws.rounded(draws.log_uniform(rng, 1e-2, 1e3))
+    height, relief = draws.draw_height(rng, radius)
+    across = draws.log_uniform(rng, LEAST_ACROSS[kind], MOST_ACROSS[kind])
+    spacing = draws.rounded(2 * radius / across)
+    narrow = kind == "lattice" and rng.random() < 0.15
+    length, width = draws.draw_extent(rng, radius, spacing, narrow, MOST_POINTS[kind])
+    terrain, profile = draws.draw_terrain(rng, length, spacing)
+    material, pressure = draws.draw_material(rng, gravity, terrain)
+    releases, motion = draws.draw_releases(rng, radius, height, gravity, length, width, narrow)
+    sides, boundary = draws.draw_sides(rng, height, narrow, kind, terrain, material)
+    points, places = draws.draw_points(rng, layout, spacing, length, width, radius)
+    name = f"stress-{seed}-{number}"
+    if places is not None:
+        points["path"] = f"{name}.csv"
+    waves = math.sqrt(gravity * height) + max(math.hypot(*r["velocity"]) for r in releases)
+    falling = math.sqrt(2 * gravity * length * math.sin(math.radians(draws.steepest(terrain))))
+    # what comes to rest is given the time for it
+    spare = draws.spare_friction(terrain, material, gravity)
+    stopping = 0.0 if spare <= 0 else STOPPING_TIMES * (waves + falling) / spare
+    crossing = LONGEST_TIME * (length + width) / (waves + falling)
+    data: Data = {
+        "name": name,
+        "gravity": gravity,
+        "terrain": terrain,
+        "domain": {"x": [0.0, length], "y": [-width / 2, width / 2]},
+        "points": points,
+        "release": releases,
+        "material": material,
+        "boundaries": sides,
+        "time": {
+            "end": draws.rounded(min(max(crossing, stopping), MOST_STEPS * spacing / (waves + falling)))
+        },
+    }
+    if kind == "collocation":
+        data["scheme"] = {"form": "collocation"}
+    # one frame, at the end: output times would change the steps
+    data["time"]["output_every"] = data["time"]["end"]
+    data["output"] = {"fields": ["depth", "deposit_depth", "max_depth", "max_speed"]}
+    labels = {
+        "points": layout,
+        "profile": profile,
+        "release": relief,
+        "heaps": "several, colliding"
+        if motion == "colliding"
+        else "one"
+        if len(releases) == 1
+        else "several",
+        "initial speed": {"still": "none", "moving": "some", "colliding": "some"}[motion],
+        "earth pressure": pressure,
+        "friction": draws.friction_class(material),
+        "sides": boundary,
+        "gravity": "below 0.1" if gravity < 0.1 else "0.1 to 5" if gravity < 5 else "above 5",
+        "size of the heap": draws.size_class(radius),
+        "cells across": draws.across_class(across),
+        "domain": draws.domain_class(length * width / radius**2),
+    }
+    return Drawn(name, data, labels, places)
+
+
+def read(path: Path) -> Drawn:
+    """Read a scenario file as it was written by `Drawn.write`, or by hand.
+
+    Raises
+    ------
+    BadInput
+        If it holds mistakes.
+    """
+    (scenario,) = load([path])
+    data = scenario.settings.model_dump(mode="json", exclude_unset=True)
+    return Drawn(scenario.name, data, {}, None if scenario.points is None else scenario.points.points)
+
+
+def can_be_run(drawn: Drawn) -> bool:
+    """Whether `pipeline run` takes the scenario file of a scene."""
+    with TemporaryDirectory() as folder:
+        try:
+            read(drawn.write(Path(folder)))
+        except BadInput:
+            return False
+    return True
+
+
+def prepared(drawn: Drawn) -> Prepared:
+    """Make the solver's scene.
+
+    Raises
+    ------
+    ValueError
+        If its points or supports are not fit; the message says why.
+    """
+    settings = check(parse(drawn.text, drawn.name).data)
+    if isinstance(settings, list):
+        raise ValueError("; ".join(f"{'.'.join(map(str, p.path))}: {p.message}" for p in settings))
+    file = None if drawn.points is None else PointFile(drawn.points, "")
+    run = Run(0, {}, settings)
+    return build_scene(run, made(settings, file, [run]))

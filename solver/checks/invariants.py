@@ -1,0 +1,276 @@
+"""Laws of the equations that a run of the conservative form keeps at every step, as numbers with limits.
+
+No solution is needed for them, and none looks into a scheme: a scene and states suffice. Energies are those
+of unit density, in m5 s-2; a potential is g times a height, m2 s-2.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solver.arrays import Array, Indices
+from solver.physics.earth_pressure import Isotropic
+from solver.physics.terrain import SlopeProfile
+from solver.points.cloud import PointCloud
+from solver.points.lattice import Lattice
+from solver.run import Run
+from solver.scene import Scene
+
+# Error of the ledger relative to what was released and came in.
+LEDGER = 1e-12
+# Speeds stay below this multiple of what first speed, waves and falling add up to.
+SPEED = 1.5
+# A step is at least this share of the one that this speed allows.
+STEP = 0.25
+# In a step energy may grow by this share of itself, times spacings per length of the release, and by this
+# share of what the volume gains where it falls by a spacing.
+GROWTH, FALL = 0.1, 0.1
+# What friction holds beyond doubt: slopes so many times as steep would stay below this share of its limit.
+STEEPER, SURELY = 3.0, 0.95
+# Rings of neighbours that have to be held too: what a reconstruction and its slopes may see.
+RINGS = 3
+# Everything is at rest after so many times the time that friction takes to stop the first speed limit.
+PATIENCE = 10.0
+ROUND_OFF = 1e-9
+
+
+class State(NamedTuple):
+    """A state of a run.
+
+    h, u, v : depth (m) and velocity (m s-1), of the shape of the points. time : s. ledger : volumes that came
+    in and left through each side so far, (4, 2), m3.
+    """
+
+    h: Array
+    u: Array
+    v: Array
+    time: float
+    ledger: Array
+
+
+def state_of_run(run: Run) -> State:
+    """Copy the state of a run."""
+    return State(*run.state, run.time, run.ledger.copy())
+
+
+class Check(NamedTuple):
+    """A law at one moment; it is kept where the value is at most the limit."""
+
+    law: str
+    value: float
+    limit: float
+
+    @property
+    def kept(self) -> bool:
+        """Whether the law is kept; what is not a number does not keep it."""
+        return bool(self.value <= self.limit)
+
+
+class Edges(NamedTuple):
+    """Pairs of neighbours: their numbers, and their distance, m, each of shape (e,)."""
+
+    left: Indices
+    right: Indices
+    distance: Array
+
+
+def edges_of(points: Lattice | PointCloud) -> Edges:
+    """List the pairs of neighbours of a lattice, numbered row after row, or of a cloud."""
+    if isinstance(points, PointCloud):
+        cells = points.control_volumes
+        way = cells.centroid[cells.right] - cells.centroid[cells.left]
+        return Edges(cells.left, cells.right, np.hypot(*way.T))
+    number = np.arange(points.shape[0] * points.shape[1]).reshape(points.shape)
+    left = np.concatenate([number[:, :-1].ravel(), number[:-1].ravel()])
+    right = np.concatenate([number[:, 1:].ravel(), number[1:].ravel()])
+    return Edges(left, right, np.repeat([points.dx, points.dy], [number[:, 1:].size, number[1:].size]))
+
+
+def surely_held(state: State, edges: Edges, pressure: float, pull: Array, hold: Array) -> NDArray[np.bool_]:
+    """Find the wet cells at rest that friction holds beyond doubt, and all around them, shape (n,).
+
+    Parameters
+    ----------
+    pressure : float
+        Largest earth-pressure coefficient times g, m s-2.
+    pull, hold : (n,) arrays
+        Pull of gravity along the bed and what friction can hold, m s-2.
+    """
+    h = state.h.ravel()
+    slope = np.abs(h[edges.right] - h[edges.left]) / edges.distance
+    steepest = np.zeros(h.size)
+    np.maximum.at(steepest, edges.left, slope)
+    np.maximum.at(steepest, edges.right, slope)
+    holds = (state.u.ravel() == 0) & (state.v.ravel() == 0)
+    holds &= (STEEPER * pressure * steepest + np.abs(pull) <= SURELY * hold) | (h == 0)
+    for _ in range(RINGS):
+        loose = ~holds
+        holds &= np.bincount(edges.left, loose[edges.right], h.size) == 0
+        holds &= np.bincount(edges.right, loose[edges.left], h.size) == 0
+    return np.asarray(holds & (h > 0))
+
+
+@lru_cache(maxsize=8)
+def elevations(terrain: SlopeProfile, points: Lattice | PointCloud) -> tuple[Array, Array]:
+    """Give the elevations of a bed at 501 places along the domain and at points, of their shape, m.
+
+    The runs of a sweep share them.
+    """
+    return terrain.elevation(np.linspace(*points.extent[0], 501)), terrain.elevation(points.coordinates[0])
+
+
+class Laws:
+    """The laws of one scene.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its terrain is a slope profile.
+    start : State
+        Where its run begins.
+    rates : array or float
+        Rate in every cell of waves of a speed of 1 m s-1, by which a form finds its step, m-1.
+    """
+
+    def __init__(self, scene: Scene, start: State, rates: Array | float) -> None:
+        if not isinstance(scene.terrain, SlopeProfile):
+            raise TypeError("the laws need a slope profile")
+        points, sides = scene.points, scene.boundaries
+        self.scene = scene
+        self.edges: Edges | None = None
+        self.area = np.broadcast_to(points.cell_area, points.shape)
+        self.rates = np.broadcast_to(rates, points.shape)
+        x = points.coordinates[0]
+        xi = scene.terrain.inclination(x)
+        self.along, self.normal = scene.gravity * np.sin(xi), scene.gravity * np.cos(xi)
+        self.hold = scene.friction.tangent * self.normal
+        self.plane = not scene.terrain.curvature(x).any() and float(np.ptp(xi)) == 0.0
+        heights, beds = (scene.gravity * z for z in elevations(scene.terrain, points))
+        self.potential = beds - heights.min()
+        # what leaves through a side in y leaves from no less than the lowest place
+        self.at_sides = np.array([heights[0] - heights.min(), heights[-1] - heights.min(), 0.0, 0.0])
+        given = [
+            0.0 if isinstance(s, str) else s for s in (sides.x_min, sides.x_max, sides.y_min, sides.y_max)
+        ]
+        self.given = max(given)
+        self.pressure = scene.gravity * max(scene.earth_pressure.coefficients())
+        self.deepest = max(float(start.h.max()), self.given)
+        self.dry = scene.scheme.wet_limit * self.deepest
+        wet = start.h > self.dry
+        # a given depth comes in as fast as its waves
+        self.first = max(
+            float(np.hypot(start.u, start.v)[wet].max(initial=0.0)),
+            float(np.sqrt(self.pressure * self.given)),
+        )
+        highest = float(np.ptp(heights)) if self.given else float(self.potential[wet].max(initial=0.0))
+        self.fallen = float(np.sqrt(2 * highest))
+        self.released = self.total(start.h)
+        self.kinetic = self.kinetic_of(start)
+        self.pressed = self.pressure * self.total(start.h**2) / 2
+        self.height = self.total(start.h * self.potential)
+        spacing = float(np.sqrt(self.area.max()))
+        length = float(np.sqrt(self.area[wet].sum())) if wet.any() else spacing
+        self.coarseness = spacing / length
+        # a fall is resolved to a spacing
+        self.unresolved = self.released * float(np.abs(self.along).max()) * spacing
+
+    def total(self, density: Array) -> float:
+        """Integrate over the points."""
+        return float((self.area * density).sum())
+
+    def kinetic_of(self, state: State) -> float:
+        """Kinetic energy."""
+        return self.total(state.h * (state.u**2 + state.v**2)) / 2
+
+    @property
+    def has_potential(self) -> bool:
+        """Whether pressure and gravity have a potential: on a plane, K = 1, and nothing coming in."""
+        return self.plane and isinstance(self.scene.earth_pressure, Isotropic) and not self.given
+
+    @property
+    def comes_to_rest(self) -> bool:
+        """Whether friction is steeper than the slope everywhere, and nothing comes in."""
+        return bool((np.abs(self.along) < 0.99 * self.hold).all()) and not self.given
+
+    @property
+    def rest_time(self) -> float:
+        """Time by which everything is at rest where friction is steeper than the slope, s."""
+        least = float((self.hold - np.abs(self.along)).min())
+        return PATIENCE * self.speed_limit(0.0) / least if least > 0 else float("inf")
+
+    def speed_limit(self, time: float) -> float:
+        """Speed that first speed, waves of the deepest state so far and falling add up to, m s-1."""
+        # what comes in may have fallen from far above
+        fallen = self.fallen + (time * float(np.abs(self.along).max()) if self.given else 0.0)
+        return float(np.hypot(self.first + 2 * np.sqrt(self.pressure * self.deepest), fallen))
+
+    def of_state(self, state: State) -> list[Check]:
+        """Check a state."""
+        if not all(np.isfinite(a).all() for a in state[:3]):
+            return [Check("values are finite", np.inf, 0.0)]
+        self.deepest = max(self.deepest, float(state.h.max()))
+        came, left = state.ledger.sum(axis=0)
+        error = abs(self.total(state.h) - self.released - came + left) / max(self.released + came, 1e-300)
+        speed = float(np.hypot(state.u, state.v)[state.h > self.dry].max(initial=0.0))
+        limit = self.speed_limit(state.time)
+        through = float((state.ledger[:, 0] - state.ledger[:, 1]) @ self.at_sides)
+        drop = self.height + through - self.total(state.h * self.potential)
+        inflow = came * (limit**2 / 2 + self.pressure * self.given)
+        allowed = self.kinetic + self.pressed + inflow + drop + self.unresolved
+        excess = self.kinetic_of(state) / allowed if allowed > 0 else self.kinetic_of(state)
+        return [
+            Check("values are finite", 0.0, 0.0),
+            Check("depth is not negative", -float(state.h.min()), 0.0),
+            Check("ledger of volume", error, LEDGER),
+            Check("kinetic energy has a source", excess, 1.0 + ROUND_OFF),
+            Check("speed has a source", speed / limit if limit > 0 else speed, SPEED),
+        ]
+
+    def of_step(self, before: State, after: State, cut: bool) -> list[Check]:
+        """Check a step; ``cut`` says whether it was cut to meet an output time."""
+        checks = []
+        dt, cfl = after.time - before.time, self.scene.scheme.cfl
+        rate = float(self.rates[before.h > self.dry].max(initial=0.0)) * self.speed_limit(before.time)
+        if rate > 0 and not cut:
+            checks.append(Check("no film sets the step", STEP * cfl / (rate * dt), 1.0))
+        if self.has_potential:
+            energy, grown = self.energy(before), self.energy(after)
+            height = self.total((before.h - after.h) * self.potential)
+            own = self.kinetic + self.pressed + self.kinetic_of(before)
+            slack = GROWTH * self.coarseness * own + FALL * self.unresolved
+            checks.append(Check("energy grows by gravity's work", (grown - energy - height) / slack, 1.0))
+        if self.hold.any():
+            held = self.held(before)
+            if held.any():
+                moved = (after.h != before.h) | (after.u != 0) | (after.v != 0)
+                checks.append(Check("what friction holds stays", float((moved & held).sum()), 0.0))
+        return checks
+
+    def of_end(self, time: float, at_rest: bool) -> list[Check]:
+        """Check that a run that went on to a time, s, has come to rest where it has to."""
+        if not self.comes_to_rest or (not at_rest and time < self.rest_time):
+            return []
+        return [Check("comes to rest", 0.0 if at_rest else 1.0, 0.0)]
+
+    def energy(self, state: State) -> float:
+        """Kinetic energy and that of pressure, K = 1."""
+        return self.kinetic_of(state) + self.total(state.h**2 * self.normal) / 2
+
+    def held(self, state: State) -> NDArray[np.bool_]:
+        """Cells that friction holds beyond doubt, away from sides of a given depth, of the points' shape."""
+        points = self.scene.points
+        if self.edges is None:
+            self.edges = edges_of(points)
+        normal = float(np.cos(self.scene.terrain.inclination(points.coordinates[0])).max())
+        found = surely_held(
+            state, self.edges, self.pressure * normal, self.along.ravel(), self.hold.ravel()
+        ).reshape(points.shape)
+        if self.given:
+            far = (RINGS + 1) * float(np.sqrt(self.area.max()))
+            for place, (low, high) in zip(points.coordinates, points.extent, strict=True):
+                found &= (place > low + far) & (place < high - far)
+        return np.asarray(found)

@@ -1,0 +1,62 @@
+"""What makes the result of a run doubtful although the run went on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from solver.checks.invariants import LEDGER, SPEED, Laws, State
+from solver.points.lattice import Lattice
+from solver.scene import Collocation, Scene
+from solver.simulation import Result
+
+# Shares of the volume released and come in: what the collocation form may make or lose, what may lie below
+# a depth of zero, and what may be so thin at the end that it counts as dry.
+COLLOCATION_LEDGER, BELOW_ZERO, TOO_THIN = 1e-3, 1e-3, 1e-2
+
+
+def doubts(scene: Scene, result: Result) -> Iterator[str]:
+    """Say what of a result is doubtful, in a few words each.
+
+    Raises
+    ------
+    TypeError
+        If the terrain is no slope profile.
+    """
+    ledger, h = result.ledger, result.deposit_depth
+    total = ledger.released + ledger.inflow
+    if not total > 0:
+        return
+    if not abs(ledger.error) <= (COLLOCATION_LEDGER if isinstance(scene.scheme, Collocation) else LEDGER):
+        yield f"the ledger of volume is off by {ledger.error:.2g}"
+    laws, area = laws_of_speed(scene), scene.points.cell_area
+    below = float((area * np.maximum(-h, 0.0)).sum()) / total
+    if below > BELOW_ZERO:
+        yield f"{100 * below:.2g} % of the volume lies below a depth of zero"
+    thin = float((area * np.where((h > 0) & (h <= laws.dry), h, 0.0)).sum()) / total
+    if thin > TOO_THIN:
+        yield f"{100 * thin:.2g} % of the volume is so thin that it counts as dry"
+    laws.deepest = max(laws.deepest, float(result.max_depth.max()))
+    fastest, limit = float(result.max_speed.max()), laws.speed_limit(result.time)
+    if fastest > SPEED * limit:
+        yield f"a speed of {fastest:.3g} m s-1 is {fastest / limit:.2g} times what it has a source for"
+
+
+def laws_of_speed(scene: Scene) -> Laws:
+    """Make the laws that say how fast a scene may become; a lattice's bed varies along it alone.
+
+    Raises
+    ------
+    TypeError
+        If the terrain is no slope profile.
+    """
+    points, h, speed = scene.points, scene.depth, np.hypot(scene.velocity_x, scene.velocity_y)
+    if isinstance(points, Lattice):
+        spacing = points.spacing
+        points = Lattice(points.x, (0.0, spacing), spacing)
+        moving = np.where(h > scene.scheme.wet_limit * h.max(), speed, 0.0)
+        h, speed = (np.broadcast_to(a.max(axis=0), points.shape) for a in (h, moving))
+    reduced = replace(scene, points=points, depth=h, velocity_x=speed, velocity_y=0.0 * speed)
+    return Laws(reduced, State(h, speed, reduced.velocity_y, 0.0, np.zeros((4, 2))), 1.0)

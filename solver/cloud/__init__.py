@@ -1,0 +1,1 @@
+"""The weighted-residual form on a cloud of points."""

@@ -1,0 +1,175 @@
+"""The faces of a cloud's control volumes, laid out for loops over whole vectors of cells and faces."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solver.arrays import Array, Indices, Numbers
+from solver.compiled import kernel
+from solver.kernels.boundary import leaving_at_depth
+from solver.kernels.state import DEPTH, LANES, NO_SLIP, WALL, Fields, Sides
+from solver.points.voronoi import SIDE_NORMALS, ControlVolumes
+
+# Faces that every cell has room for in a table; those of the few cells with more are in a list.
+ROOM = 8
+
+
+class Faces(NamedTuple):
+    """Faces between cells in the order of their left cells, then the boundary faces.
+
+    Cells are numbered as the points and filled up by dry ones to whole blocks of LANES; the ghost of the b-th
+    boundary face is cell ``cells + b``. Faces are read and written in whole vectors, for which LANES spare
+    ones follow both kinds. Each face has two halves, that of its left cell with the number of the face and
+    that of its right cell ``faces`` higher; half ``2 faces`` is no face.
+
+    left, right : (faces,), cells. geometry : (7, faces). Unit normal from left to right (0, 1); way from the
+    left centroid to the right one, m (2, 3); the part of that way at which the face stands (4); from there to
+    its midpoint, in ways turned by a right angle to the left (5); length, m (6).
+    side : (ghosts,), 0 to 3 for x_min, x_max, y_min, y_max.
+    around : (ROOM, cells), halves of each cell. number : (cells,), how many it has. more : (cells + 1,),
+    where those beyond ROOM begin in ``rest``.
+    first, first_side : (blocks + 1,), first face and first boundary face of each block's left cells.
+    cells, faces, outer : numbers of cells, of faces, and of the first boundary face.
+    """
+
+    left: Numbers
+    right: Numbers
+    geometry: Array
+    side: Indices
+    around: Numbers
+    number: Indices
+    more: Indices
+    rest: Indices
+    first: Indices
+    first_side: Indices
+    cells: int
+    faces: int
+    outer: int
+
+
+# Bytes of a line of the cache: a vector that straddles two is read and written at half the speed.
+LINE = 64
+Arrays = TypeVar("Arrays", bound=tuple[Any, ...])
+
+
+def aligned(values: NDArray[Any]) -> NDArray[Any]:
+    """Copy an array to where a line of the cache begins."""
+    room = np.empty(values.nbytes + LINE, np.uint8)
+    start = -room.ctypes.data % LINE
+    copy = room[start : start + values.nbytes].view(values.dtype).reshape(values.shape)
+    copy[...] = values
+    return copy
+
+
+def all_aligned(arrays: Arrays) -> Arrays:
+    """Align the arrays in a named tuple, or in one of such tuples."""
+    return type(arrays)(
+        *(
+            aligned(a) if isinstance(a, np.ndarray) else all_aligned(a) if isinstance(a, tuple) else a
+            for a in arrays
+        )
+    )
+
+
+def whole_blocks(n: int) -> int:
+    """Round a number of cells up to whole blocks."""
+    return -(-n // LANES) * LANES
+
+
+def connect(volumes: ControlVolumes) -> Faces:
+    """Lay out the faces of control volumes; ghosts are mirrored at the sides."""
+    n, ghosts, inner = len(volumes.area), len(volumes.side), len(volumes.left)
+    cells, outer = whole_blocks(n), whole_blocks(inner) + LANES
+    faces = outer + whole_blocks(ghosts) + LANES
+    left = np.concatenate([volumes.left, volumes.side_cell])
+    right = np.concatenate([volumes.right, cells + np.arange(ghosts)])
+    length = np.concatenate([volumes.length, volumes.side_length])
+    outward = SIDE_NORMALS[volumes.side]
+    normal = np.concatenate([volumes.normal, outward])
+    midpoint = np.concatenate([volumes.midpoint, volumes.side_midpoint])
+    inside = volumes.centroid[volumes.side_cell]
+    depth = np.einsum("bk,bk->b", volumes.side_midpoint - inside, outward)
+    start = volumes.centroid[left]
+    way = np.concatenate([volumes.centroid[volumes.right] - start[:inner], 2 * depth[:, None] * outward])
+    turned = np.stack([-way[:, 1], way[:, 0]], axis=1)
+    square = np.einsum("fk,fk->f", way, way)
+    part, shift = (np.einsum("fk,fk->f", midpoint - start, to) / square for to in (way, turned))
+    place = np.concatenate([np.arange(inner), outer + np.arange(ghosts)])
+    left_of, right_of = np.zeros((2, faces), np.uint32)
+    left_of[place], right_of[place] = left, right
+    geometry = np.zeros((7, faces))
+    geometry[:, place] = np.stack([*normal.T, *way.T, part, shift, length])
+    owner = np.concatenate([left, volumes.right])
+    half = np.concatenate([place, faces + np.arange(inner)])
+    order = np.argsort(owner, kind="stable")
+    owner, half = owner[order], half[order]
+    number = np.bincount(owner, minlength=cells)
+    row = np.arange(len(owner)) - np.repeat(np.cumsum(number) - number, number)
+    around = np.full((ROOM, cells), 2 * faces)
+    has_room = row < ROOM
+    around[row[has_room], owner[has_room]] = half[has_room]
+    beyond = np.maximum(number - ROOM, 0)
+    bounds = np.arange(0, cells + 1, LANES)
+    return Faces(
+        left_of,
+        right_of,
+        geometry,
+        volumes.side,
+        around.astype(np.uint32),
+        number,
+        np.concatenate([[0], np.cumsum(beyond)]),
+        half[~has_room],
+        np.searchsorted(volumes.left, bounds),
+        np.searchsorted(volumes.side_cell, bounds),
+        cells,
+        faces,
+        outer,
+    )
+
+
+@kernel()
+def half_of(faces: Faces, i: int, m: int) -> int:
+    """Give the m-th half-face of cell i."""
+    return int(faces.around[m, i]) if m < ROOM else faces.rest[faces.more[i] + m - ROOM]
+
+
+@kernel()
+def beyond(faces: Faces, half: int) -> tuple[int, int, float]:
+    """Give the face of a half, the cell beyond it, and the sign of the way there along the face's way."""
+    if half < faces.faces:
+        return half, int(faces.right[half]), 1.0
+    return half - faces.faces, int(faces.left[half - faces.faces]), -1.0
+
+
+@kernel()
+def fill_ghosts_beyond(
+    now: Fields, beta_x: Array, beta_y: Array, faces: Faces, sides: Sides, start: int, stop: int
+) -> None:
+    """Fill some ghosts as `ghosts_beyond` on a lattice; walls are shown no more than their cells show.
+
+    Parameters
+    ----------
+    beta_x, beta_y : arrays
+        g cos(xi) K (eq. 7) of the cells, m s-2.
+    start, stop : int
+        Numbers of the boundary faces.
+    """
+    h, u, v = now
+    for b in range(start, stop):
+        f, side = faces.outer + b, faces.side[b]
+        i, ghost, kind = int(faces.left[f]), int(faces.right[f]), sides.kind[side]
+        if kind in (WALL, NO_SLIP):
+            h[ghost] = max(0.0, h[i] + faces.geometry[2, f] * sides.lean[side] / beta_x[i])
+        else:
+            h[ghost] = sides.depth[side] if kind == DEPTH else h[i]
+        u[ghost] = -u[i] if kind == NO_SLIP or (kind == WALL and side < 2) else u[i]
+        v[ghost] = -v[i] if kind == NO_SLIP or (kind == WALL and side >= 2) else v[i]
+        if kind == DEPTH:
+            sign = 1.0 if side % 2 == 1 else -1.0
+            if side < 2:
+                u[ghost] = sign * leaving_at_depth(sign * u[i], h[i], sides.depth[side], beta_x[i])
+            else:
+                v[ghost] = sign * leaving_at_depth(sign * v[i], h[i], sides.depth[side], beta_y[i])

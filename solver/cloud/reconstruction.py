@@ -1,0 +1,289 @@
+"""LMLS slopes on a cloud, and what both sides of a face show: a lattice's reconstruction in any direction."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from solver.arrays import Array, Numbers
+from solver.cloud.faces import Faces, whole_blocks
+from solver.compiled import kernel
+from solver.kernels.limiter import AHEAD, ALL, FRONT, LEAST
+from solver.kernels.state import DEPTH, HELD, Fields, Sides, Status
+from solver.lmls.shape_functions import Approximation
+
+# Neighbours taken at a time: their sums stay in registers.
+GROUP = 4
+
+
+class Gradient(NamedTuple):
+    """LMLS derivative weights of the differences to neighbours, each (s, cells); s is a multiple of GROUP.
+
+    neighbours : numbers of cells. along, across : weights, m-1.
+    """
+
+    neighbours: Numbers
+    along: Array
+    across: Array
+
+
+def gradient_of(slope: Approximation) -> Gradient:
+    """Lay out the derivatives of an approximation at cells, each the first of its own support."""
+    n, support = slope.neighbours.shape
+    groups = -(-(support - 1) // GROUP) * GROUP
+    cells = whole_blocks(n)
+    neighbours = np.tile(np.arange(cells), (groups, 1))
+    along, across = np.zeros((2, groups, cells))
+    for laid, given in ((neighbours, slope.neighbours), (along, slope.along), (across, slope.across)):
+        laid[: support - 1, :n] = given[:, 1:].T
+    return Gradient(neighbours.astype(np.uint32), along, across)
+
+
+@kernel(unaliased=True)
+def slopes_at(now: Fields, gradient: Gradient, start: int, stop: int, dry: float, out: Array) -> None:
+    """LMLS derivatives of depth and velocity at a run of cells; a dry neighbour has no velocity to differ by.
+
+    Parameters
+    ----------
+    now : Fields
+        Means over the cells.
+    start, stop : int
+        The cells.
+    dry : float
+        Depth up to which a cell counts as dry, m.
+    out : (6, cells) array
+        Filled with h_x, h_y, u_x, u_y (s-1), v_x, v_y (s-1).
+    """
+    h, u, v = now
+    for group in range(0, len(gradient.neighbours), GROUP):
+        for k in range(start, stop):
+            i = np.uint64(k)
+            h_i, u_i, v_i = h[i], u[i], v[i]
+            # loaded before they are chosen from: a branch would keep the loop from vectorising
+            h_x, h_y, u_x, u_y, v_x, v_y = out[0, i], out[1, i], out[2, i], out[3, i], out[4, i], out[5, i]
+            if group == 0:
+                h_x = h_y = u_x = u_y = v_x = v_y = 0.0
+            for m in range(GROUP):
+                m_ = np.uint64(group) + np.uint64(m)
+                j = np.uint64(gradient.neighbours[m_, i])
+                a, b, h_j = gradient.along[m_, i], gradient.across[m_, i], h[j]
+                step = h_j - h_i
+                h_x += a * step
+                h_y += b * step
+                wet = 1.0 if h_j > dry else 0.0
+                step = wet * (u[j] - u_i)
+                u_x += a * step
+                u_y += b * step
+                step = wet * (v[j] - v_i)
+                v_x += a * step
+                v_y += b * step
+            out[0, i], out[1, i], out[2, i], out[3, i] = h_x, h_y, u_x, u_y
+            out[4, i], out[5, i] = v_x, v_y
+
+
+@kernel()
+def flatten_fed(slopes: Array, faces: Faces, sides: Sides, start: int, stop: int) -> None:
+    """Take the slopes of velocity out of cells beside some boundary faces, where these have a given depth.
+
+    What comes in there has the velocity of the cell. Would it pass the cell on slower, the cell would gain
+    speed from nothing, and feed it to itself.
+    """
+    for b in range(start, stop):
+        if sides.kind[faces.side[b]] == DEPTH:
+            slopes[2:, int(faces.left[faces.outer + b])] = 0.0
+
+
+@kernel(inline=True)
+def limited_step(gap: float, ahead: float, part: float, steepness: float) -> float:
+    """Step from a cell's mean toward the cell beyond a face, to where the face stands.
+
+    With ``2 gap - ahead`` for the difference to the cell behind it is `limited` of the lattice.
+
+    Parameters
+    ----------
+    gap, ahead : float
+        Difference to the cell beyond by the gradient, and the true one.
+    part : float
+        Part of the way to the cell beyond.
+    steepness : float
+        Largest multiple of half a neighbour's difference.
+    """
+    behind = 2.0 * gap - ahead
+    near, far = abs(behind), abs(ahead)
+    most = 0.5 * steepness * (near if near < far else far)
+    wanted = part * abs(gap + AHEAD * (ahead - gap))
+    size = wanted if wanted < most else most
+    return math.copysign(size, ahead) if behind * ahead > 0.0 else 0.0
+
+
+@kernel(inline=True)
+def shown(
+    h: float,
+    n: float,
+    t: float,
+    h_beyond: float,
+    n_beyond: float,
+    t_beyond: float,
+    h_gap: float,
+    n_gap: float,
+    t_gap: float,
+    h_off: float,
+    n_off: float,
+    t_off: float,
+    part: float,
+    sign: float,
+    beta: float,
+    dry: float,
+) -> tuple[float, float, float]:
+    """Depth, normal and tangential velocity that a cell shows at the midpoint of a face.
+
+    Along the way to the cell beyond it is the reconstruction on a lattice, with its limiter, its minmod where
+    the flow is being stopped and its rule at fronts; what is behind the cell is read off the gradient. The
+    rest of the way, to the midpoint, follows the gradient. Depth stays between zero and twice the mean, as
+    it does on a lattice.
+
+    Parameters
+    ----------
+    h, n, t, h_beyond, n_beyond, t_beyond : float
+        Means of the cell and of the cell beyond.
+    h_gap, n_gap, t_gap, h_off, n_off, t_off : float
+        What the gradient makes of the way to the cell beyond, and of the rest.
+    part : float
+        Part of the way to the cell beyond at which the face stands.
+    sign : float
+        1 if the normal points to the cell beyond, -1 if it points back.
+    beta : float
+        g cos(xi) K of the cell along the normal (eq. 7), m s-2.
+    dry : float
+        Depth up to which a cell counts as dry, m.
+    """
+    h_behind = h_beyond - 2.0 * h_gap
+    ahead, t_ahead = n_beyond if h_beyond > dry else n, t_beyond if h_beyond > dry else t
+    n_behind = ahead - 2.0 * n_gap
+    behind = n_behind if h_behind > dry else n
+    slower = min(abs(ahead), abs(behind))
+    steepness = 1.0 if slower < sign * (behind - ahead) else 2.0
+    toward = h + limited_step(h_gap, h_beyond - h, part, steepness)
+    least = LEAST * h if sign * n > 0.0 else 0.0
+    depth = toward + h_off
+    depth = depth if depth > least else least
+    depth = depth if depth < 2.0 * h else 2.0 * h
+    # a front follows what is behind it, at most as fast as that can send it
+    more = sign * (n - n_behind)
+    more = more if more > 0.0 else 0.0
+    led = (sign * n <= 0.0) | ((sign * n_behind > 0.0) & (more * more <= 4.0 * (beta * h_behind)))
+    hidden = (h_beyond <= dry) & (h < FRONT * h_behind) & led
+    n_step = limited_step(n_gap, ahead - n, part, steepness) + n_off
+    t_step = limited_step(t_gap, t_ahead - t, part, 2.0) + t_off
+    all_there = (depth > ALL * h) & (sign * (n + n_step) > 0.0)
+    return (
+        0.0 if hidden else depth,
+        n if all_there else n + n_step,
+        t if all_there else t + t_step,
+    )
+
+
+@kernel(unaliased=True)
+def sides_shown(
+    now: Fields,
+    slopes: Array,
+    status: Status,
+    left: Numbers,
+    right: Numbers,
+    geometry: Array,
+    start: int,
+    count: int,
+    dry: float,
+    h_low: Array,
+    n_low: Array,
+    t_low: Array,
+    c_low: Array,
+    h_high: Array,
+    n_high: Array,
+    t_high: Array,
+    c_high: Array,
+    still: Array,
+    push: Array,
+) -> None:
+    """Reconstruct what a run of faces is shown from both sides.
+
+    What reads or writes many arrays takes them one by one: to hand over a tuple costs for every array in it.
+
+    Parameters
+    ----------
+    left, right, geometry
+        Of `solver.cloud.faces.Faces`.
+    start, count : int
+        First face, and number of faces.
+    h_low, n_low, t_low, c_low, h_high, n_high, t_high, c_high : (chunk,) arrays
+        Filled with depth, normal and tangential velocity that the cells on the left show, and their wave
+        speed, then with those of the cells on the right.
+    still : (2 chunk,) array
+        Filled with the status of the cells on the left, then on the right.
+    push : (4, chunk) array
+        Filled with length times normal times beta, x and y, of the left cell and of the right one, m2 s-2; 0
+        for a cell held by friction.
+    """
+    h, u, v = now
+    g = geometry
+    chunk = np.uint64(len(still) // 2)
+    for k in range(count):
+        k_ = np.uint64(k)
+        f = np.uint64(start) + k_
+        i, j = np.uint64(left[f]), np.uint64(right[f])
+        n_x, n_y, d_x, d_y, part, shift = g[0, f], g[1, f], g[2, f], g[3, f], g[4, f], g[5, f]
+        o_x, o_y = -shift * d_y, shift * d_x
+        h_i, h_j, u_i, u_j, v_i, v_j = h[i], h[j], u[i], u[j], v[i], v[j]
+        n_i, n_j = n_x * u_i + n_y * v_i, n_x * u_j + n_y * v_j
+        t_i, t_j = n_x * v_i - n_y * u_i, n_x * v_j - n_y * u_j
+        n_xi, n_yi = n_x * slopes[2, i] + n_y * slopes[4, i], n_x * slopes[3, i] + n_y * slopes[5, i]
+        t_xi, t_yi = n_x * slopes[4, i] - n_y * slopes[2, i], n_x * slopes[5, i] - n_y * slopes[3, i]
+        b_xi, b_yi, b_xj, b_yj = status.beta_x[i], status.beta_y[i], status.beta_x[j], status.beta_y[j]
+        b_i, b_j = b_xi * (n_x * n_x) + b_yi * (n_y * n_y), b_xj * (n_x * n_x) + b_yj * (n_y * n_y)
+        h_low[k_], n_low[k_], t_low[k_] = shown(
+            h_i,
+            n_i,
+            t_i,
+            h_j,
+            n_j,
+            t_j,
+            slopes[0, i] * d_x + slopes[1, i] * d_y,
+            n_xi * d_x + n_yi * d_y,
+            t_xi * d_x + t_yi * d_y,
+            slopes[0, i] * o_x + slopes[1, i] * o_y,
+            n_xi * o_x + n_yi * o_y,
+            t_xi * o_x + t_yi * o_y,
+            part,
+            1.0,
+            b_i,
+            dry,
+        )
+        n_xj, n_yj = n_x * slopes[2, j] + n_y * slopes[4, j], n_x * slopes[3, j] + n_y * slopes[5, j]
+        t_xj, t_yj = n_x * slopes[4, j] - n_y * slopes[2, j], n_x * slopes[5, j] - n_y * slopes[3, j]
+        h_high[k_], n_high[k_], t_high[k_] = shown(
+            h_j,
+            n_j,
+            t_j,
+            h_i,
+            n_i,
+            t_i,
+            -slopes[0, j] * d_x - slopes[1, j] * d_y,
+            -n_xj * d_x - n_yj * d_y,
+            -t_xj * d_x - t_yj * d_y,
+            slopes[0, j] * o_x + slopes[1, j] * o_y,
+            n_xj * o_x + n_yj * o_y,
+            t_xj * o_x + t_yj * o_y,
+            1.0 - part,
+            -1.0,
+            b_j,
+            dry,
+        )
+        c_low[k_], c_high[k_] = math.sqrt(b_i * h_i), math.sqrt(b_j * h_j)
+        s_i, s_j = status.still[i], status.still[j]
+        still[k_], still[chunk + k_] = s_i, s_j
+        l_x, l_y = g[6, f] * n_x, g[6, f] * n_y
+        free_i, free_j = 0.0 if s_i == HELD else 1.0, 0.0 if s_j == HELD else 1.0
+        push[0, k_], push[1, k_] = free_i * (b_xi * l_x), free_i * (b_yi * l_y)
+        push[2, k_], push[3, k_] = free_j * (b_xj * l_x), free_j * (b_yj * l_y)

@@ -1,0 +1,207 @@
+"""The weighted-residual (conservative) form of LMLS on a cloud: Voronoi faces, LMLS gradients, HLL.
+
+The scheme of `solver.lattice.residual` on cells of any shape: testing eq. 12 with the indicator function of
+a control volume gives ``V dU/dt = - sum over faces of (length F*) + V S``. What is the state behind a cell on
+a lattice is read off the LMLS gradient at the cell here; where that is the central difference, on a lattice
+with supports of five, both schemes are the same.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from solver.arrays import Array, Numbers
+from solver.cloud.blocks import Activity
+from solver.cloud.faces import ROOM, Faces, beyond, fill_ghosts_beyond, half_of
+from solver.cloud.fluxes import CloudBuffers, fluxes_through
+from solver.cloud.reconstruction import Gradient, flatten_fed, slopes_at
+from solver.compiled import kernel
+from solver.kernels.source_terms import braked, drag_row, loaded
+from solver.kernels.state import HELD, LANES, SPARE, CloudBed, Fields, Material, Sides, Status
+
+# Blocks taken at a time, so that their fluxes are still at hand when their cells are updated.
+SEGMENT = 64
+
+
+@kernel(unaliased=True)
+def add_around(halves: Array, around: Numbers, start: int, stop: int, gain: Array) -> None:
+    """Add up the half-faces of a run of cells, those that have room in the table."""
+    for k in range(start, stop):
+        i = np.uint64(k)
+        volume = x = y = lost = 0.0
+        for m in range(ROOM):
+            half = np.uint64(around[np.uint64(m), i])
+            into = halves[0, half]
+            volume += into
+            lost -= into if into < 0.0 else 0.0
+            x += halves[1, half]
+            y += halves[2, half]
+        gain[0, i], gain[1, i], gain[2, i], gain[3, i] = volume, x, y, lost
+
+
+@kernel()
+def add_up(halves: Array, faces: Faces, start: int, stop: int, gain: Array) -> None:
+    """Add up the half-faces of a run of cells."""
+    add_around(halves, faces.around, start, stop, gain)
+    if faces.more[start] == faces.more[stop]:
+        return
+    for i in range(start, stop):
+        for m in range(ROOM, faces.number[i]):
+            half = half_of(faces, i, m)
+            gain[0, i] += halves[0, half]
+            gain[1, i] += halves[1, half]
+            gain[2, i] += halves[2, half]
+            gain[3, i] -= min(halves[0, half], 0.0)
+
+
+@kernel()
+def short(h: Array, lost: Array, area: Array, start: int, stop: int, dt: float) -> bool:
+    """Whether some cell of a run loses in dt (s) more than it can afford; lost : m3 s-1."""
+    count = 0
+    for k in range(start, stop):
+        i = np.uint64(k)
+        count |= 1 if lost[i] * dt > (1.0 - SPARE) * h[i] * area[i] else 0
+    return count > 0
+
+
+@kernel()
+def ration(
+    now: Fields,
+    status: Status,
+    faces: Faces,
+    area: Array,
+    start: int,
+    stop: int,
+    dt: float,
+    buffers: CloudBuffers,
+) -> None:
+    """Scale what leaves cells of a run to what they can afford, pressure apart; flag the blocks around."""
+    halves, n = buffers.halves, faces.faces
+    for i in range(start, stop):
+        lost, most = buffers.gain[3, i] * dt, (1.0 - SPARE) * now.h[i] * area[i]
+        if lost <= most:
+            continue
+        keep = most / lost
+        for m in range(faces.number[i]):
+            half = half_of(faces, i, m)
+            f, j, _ = beyond(faces, half)
+            if halves[0, half] >= 0.0:
+                continue
+            buffers.rationed[i // LANES] = 1.0
+            if j < faces.cells:
+                buffers.rationed[j // LANES] = 1.0
+            for side in range(2):
+                q, cell = (f, int(faces.left[f])) if side == 0 else (f + n, int(faces.right[f]))
+                pressed = (2 * side - 1) * faces.geometry[6, f] * buffers.pressed[f]
+                if status.still[cell] == HELD:
+                    pressed = 0.0
+                push_x = pressed * faces.geometry[0, f] * status.beta_x[cell]
+                push_y = pressed * faces.geometry[1, f] * status.beta_y[cell]
+                halves[0, q] *= keep
+                halves[1, q] = keep * (halves[1, q] - push_x) + push_x
+                halves[2, q] = keep * (halves[2, q] - push_y) + push_y
+
+
+@kernel()
+def update_run(
+    start: Fields,
+    now: Fields,
+    out: Fields,
+    status: Status,
+    bed: CloudBed,
+    material: Material,
+    area: Array,
+    gain: Array,
+    first: int,
+    last: int,
+    part: float,
+    dt: float,
+) -> None:
+    """Update a run of cells, then apply friction, as `solver.lattice.residual.update_row`."""
+    dry, braking = material.dry, part * dt * material.tangent
+    for k in range(first, last):
+        i = np.uint64(k)
+        h_0, h_1, u_1, v_1 = start.h[i], now.h[i], now.u[i], now.v[i]
+        over = 1.0 / area[i]
+        load = loaded(h_1, h_1 + dt * (gain[0, i] * over))
+        pull = 0.0 if status.still[i] == HELD else bed.along[i] * load
+        hu, hv = h_0 * start.u[i], h_0 * start.v[i]
+        h = h_0 + part * ((h_1 - h_0) + dt * (gain[0, i] * over))
+        hu += part * ((h_1 * u_1 - hu) + dt * (gain[1, i] * over + pull))
+        hv += part * ((h_1 * v_1 - hv) + dt * (gain[2, i] * over))
+        per_depth = braked(hu, hv, h, u_1, load, bed.normal[i], bed.curvature[i], braking, dry)
+        out.h[i], out.u[i], out.v[i] = h, hu * per_depth, hv * per_depth
+    if material.drag > 0.0:
+        drag_row(out, first, last - first, part * dt * material.drag)
+
+
+@kernel()
+def cloud_stage(
+    start: Fields,
+    now: Fields,
+    out: Fields,
+    status: Status,
+    bed: CloudBed,
+    material: Material,
+    sides: Sides,
+    area: Array,
+    faces: Faces,
+    gradient: Gradient,
+    activity: Activity,
+    part: float,
+    share: float,
+    dt: float,
+    buffers: CloudBuffers,
+    ledger: Array,
+    sloped: bool,
+) -> None:
+    """One Runge-Kutta stage, as `solver.lattice.residual.stage`.
+
+    Parameters
+    ----------
+    area : (cells,) array
+        Of the control volumes, m2.
+    sloped : bool
+        Whether the slopes of ``now`` are there already.
+    """
+    first, first_side, runs = faces.first, faces.first_side, activity.stepped_runs
+    if not sloped:
+        for r in range(activity.counts[2]):
+            a, b = activity.sloped_runs[r]
+            slopes_at(now, gradient, a, b, material.dry, buffers.slopes)
+            flatten_fed(buffers.slopes, faces, sides, first_side[a // LANES], first_side[b // LANES])
+    # boundary faces are few: all from the first to the last that take part
+    a, b = first_side[runs[0, 0] // LANES], first_side[runs[activity.counts[0] - 1, 1] // LANES]
+    fill_ghosts_beyond(now, status.beta_x, status.beta_y, faces, sides, a, b)
+    fluxes_through(now, status, faces, sides, material.dry, buffers, faces.outer + a, faces.outer + b)
+    at, rationed = 0, False
+    for r in range(activity.counts[1]):
+        low, high = activity.fluxed_runs[r] // LANES
+        for block in range(low, high, SEGMENT):
+            a, b = block, min(block + SEGMENT, high)
+            fluxes_through(now, status, faces, sides, material.dry, buffers, first[a], first[b])
+            # a cell is on the right of faces of earlier blocks only, so that those here are complete
+            while at < activity.counts[0] and runs[at, 0] < b * LANES:
+                one, two = max(runs[at, 0], a * LANES), min(runs[at, 1], b * LANES)
+                add_up(buffers.halves, faces, one, two, buffers.gain)
+                rationed |= short(now.h, buffers.gain[3], area, one, two, dt)
+                update_run(start, now, out, status, bed, material, area, buffers.gain, one, two, part, dt)
+                if runs[at, 1] > b * LANES:
+                    break
+                at += 1
+    if rationed:
+        for r in range(activity.counts[0]):
+            ration(now, status, faces, area, runs[r, 0], runs[r, 1], dt, buffers)
+        for block in range(len(buffers.rationed)):
+            if buffers.rationed[block] > 0.0:
+                one, two = block * LANES, (block + 1) * LANES
+                add_up(buffers.halves, faces, one, two, buffers.gain)
+                update_run(start, now, out, status, bed, material, area, buffers.gain, one, two, part, dt)
+                buffers.rationed[block] = 0.0
+    for r in range(activity.counts[0]):
+        for s in range(first_side[runs[r, 0] // LANES], first_side[runs[r, 1] // LANES]):
+            leaving = -buffers.halves[0, faces.outer + s] * share * dt
+            if leaving > 0.0:
+                ledger[faces.side[s], 1] += leaving
+            else:
+                ledger[faces.side[s], 0] -= leaving

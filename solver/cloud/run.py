@@ -1,0 +1,151 @@
+"""One run of the weighted-residual form on a cloud: its arrays, and what the kernels do to them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solver.arrays import Array
+from solver.cloud.blocks import activity_of, spread_blocks
+from solver.cloud.faces import aligned, all_aligned
+from solver.cloud.fluxes import cloud_buffers
+from solver.cloud.operators import CloudOperators, prepare
+from solver.cloud.residual import cloud_stage
+from solver.cloud.status import classify_cloud
+from solver.cloud.time_stepping import advance_cloud
+from solver.kernels.record import Record, record_cells
+from solver.kernels.runge_kutta import SSP_RK3
+from solver.kernels.state import DRY, LANES, CloudBed, Fields, Status
+from solver.physics.earth_pressure import PressureCoefficients
+from solver.points.cloud import PointCloud
+from solver.run import Carried, Run, by_name, falling_rate, gravity_along_and_normal, state_of
+from solver.scene import Scene
+
+
+def operators_of(scene: Scene) -> CloudOperators:
+    """Give the operators of a scene on a cloud, made now if it has none.
+
+    Raises
+    ------
+    ValueError
+        If those given are not of the scene's cloud and scheme, or a support cannot carry the basis.
+    """
+    cloud, scheme, given = scene.points, scene.scheme, scene.operators
+    if not isinstance(cloud, PointCloud):
+        raise TypeError(f"a cloud run needs a cloud, not a {type(cloud).__name__}")
+    wanted = scheme.support, scheme.degree, scheme.weight_shape
+    if given is None:
+        return prepare(cloud, *wanted)
+    if not isinstance(given, CloudOperators) or not given.cloud.same_as(cloud):
+        raise ValueError("the operators given are those of another cloud")
+    found = given.support, given.degree, given.weight_shape
+    if found != wanted:
+        raise ValueError(
+            f"the operators given have support, degree and weight shape {found}, the scheme {wanted}"
+        )
+    return given
+
+
+class CloudRun(Run):
+    """The arrays of one run on a cloud; cells are followed by a ghost for every boundary face."""
+
+    def __init__(self, scene: Scene, end: float, arrival_depth: float) -> None:
+        operators = operators_of(scene)
+        volumes, faces = operators.cloud.control_volumes, operators.tables.faces
+        self.operators, self.centroid, self.faces = operators, volumes.centroid, faces
+        initial = state_of(scene)
+        super().__init__(scene, initial[0], end, arrival_depth, indices=1)
+        self.count, spare = len(volumes.area), faces.cells - len(volumes.area)
+        room = spare + len(faces.side) + LANES
+        wet = initial[0] > self.material.dry
+        padded = [np.pad(np.where(wet | (k == 0), a, 0.0), (0, room)) for k, a in enumerate(initial)]
+        self.now, *self.stages = (Fields(*(aligned(a) for a in padded)) for _ in range(3))
+        self.area = aligned(np.pad(volumes.area, (0, spare), mode="edge"))
+        x, y = (np.pad(a, (0, spare), mode="edge") for a in volumes.centroid.T)
+        widths = operators.tables.widths
+        falling = falling_rate(scene, x, y, widths[0])
+        bed = CloudBed(*gravity_along_and_normal(scene, x, y), scene.terrain.curvature(x, y), falling)
+        self.bed = all_aligned(bed)
+        load = np.concatenate([self.bed.normal, self.bed.normal[volumes.side_cell], np.ones(LANES)])
+        active = PressureCoefficients(*self.material.pressure)
+        status = Status(load * active.x_active, load * active.y_active_active, np.full(len(load), DRY))
+        self.status = all_aligned(status)
+        self.activity, self.buffers = activity_of(faces), cloud_buffers(faces)
+        self.record = all_aligned(Record(*(np.full(faces.cells, a) for a in (0.0, 0.0, 0.0, np.nan))))
+        self.rest_volume = scene.scheme.rest_share * self.volume
+        record_cells(self.now, 0, self.count, self.material.dry, arrival_depth, self.record, self.progress)
+
+    def _advance(self, target: float, max_steps: int) -> int:
+        return int(
+            advance_cloud(
+                self.now,
+                *self.stages,
+                self.status,
+                self.bed,
+                self.material,
+                self.sides,
+                self.area,
+                self.operators.tables.widths,
+                self.faces,
+                self.operators.tables.gradient,
+                self.operators.tables.blocks,
+                self.activity,
+                self.buffers,
+                SSP_RK3,
+                self.scene.scheme.cfl,
+                target,
+                self.shortest_step,
+                max_steps,
+                self.rest_volume,
+                self.arrival_depth,
+                self.record,
+                self.progress,
+            )
+        )
+
+    def rehearse(self, piece: int) -> None:
+        """Classify the cells, or take a stage of no length."""
+        about = self.status, self.bed, self.material, self.sides
+        faces, tables, buffers = self.faces, self.operators.tables, self.buffers
+        if piece == 0:
+            near = faces, tables.gradient, self.area, tables.widths, self.activity
+            classify_cloud(self.now, buffers.slopes, *about, *near, buffers.rate)
+            spread_blocks(self.status.still, faces, tables.blocks, self.activity)
+            return
+        steps = self.area, faces, tables.gradient, self.activity, 1.0, 1.0, 0.0
+        cloud_stage(self.now, self.now, self.stages[0], *about, *steps, buffers, self.progress.ledger, True)
+
+    @property
+    def carried(self) -> dict[str, NDArray[Any]]:
+        """The same, and the status of the cells."""
+        return super().carried | by_name(status=self.status)
+
+    def restore(self, carried: Carried) -> None:
+        """Set a run made from the same scene to where these arrays were taken."""
+        super().restore(carried)
+        # what is looked at anew comes out as it was
+        self.activity = activity_of(self.faces)
+
+    @property
+    def state(self) -> tuple[Array, Array, Array]:
+        """Depth (m) and velocity (m s-1) of the cells, copies of shape (n,)."""
+        h, u, v = (a[: self.count].copy() for a in self.now)
+        return h, u, v
+
+    @property
+    def volume(self) -> float:
+        """Volume in the domain, m3."""
+        return float(self.state[0] @ self.area[: self.count])
+
+    @property
+    def maxima(self) -> Record:
+        """Maxima over the steps, arrays of shape (n,)."""
+        return Record(*(a[: self.count] for a in self.record))
+
+    @property
+    def place(self) -> tuple[float, float]:
+        """Where a value was not finite, x and y in m; NaN if none was."""
+        i = self.progress.place[0]
+        return (float(self.centroid[i, 0]), float(self.centroid[i, 1])) if i >= 0 else (np.nan, np.nan)

@@ -1,0 +1,208 @@
+"""What the cells of a cloud are in a step: earth pressure, stillness, and how fast waves leave them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from solver.arrays import Array
+from solver.cloud.blocks import Activity
+from solver.cloud.faces import Faces, beyond, fill_ghosts_beyond, half_of
+from solver.cloud.reconstruction import Gradient, flatten_fed, slopes_at
+from solver.compiled import kernel
+from solver.kernels.state import (
+    DEPTH,
+    DRY,
+    HELD,
+    HOLDS,
+    LANES,
+    NO_SLIP,
+    WALL,
+    CloudBed,
+    Fields,
+    Material,
+    Sides,
+    Status,
+)
+from solver.points.voronoi import SIDE_NORMALS, ControlVolumes
+
+# Gradients of velocity this much below speed per spacing are round-off, and count as none.
+TIE = 1e-10
+# A cell may be this much smaller than those around it before it shortens the step.
+SMALL = 1.25
+
+
+def widths_of(volumes: ControlVolumes, faces: Faces) -> Array:
+    """Measure cells for the rate of the waves that leave them, (5, cells).
+
+    Half the sum over the faces of length times speed, per area: along x (0) and y (1), m-1, and for a speed
+    of 1 in every direction (2), m-1; and the means around the cell, weighted by length, of n_x^2 (3) and
+    n_x n_y (4). The first three are means over a cell and its neighbours, since it takes more than one cell
+    for a disturbance to grow, but at least 1/SMALL of the cell's own.
+    """
+    n = len(volumes.area)
+    cell = np.concatenate([volumes.left, volumes.right, volumes.side_cell])
+    half = np.concatenate([volumes.length, volumes.length, volumes.side_length]) / 2
+    n_x, n_y = np.concatenate([volumes.normal, volumes.normal, SIDE_NORMALS[volumes.side]]).T
+    means = [
+        np.bincount(cell, half * a, n) for a in (abs(n_x), abs(n_y), np.ones(len(half)), n_x**2, n_x * n_y)
+    ]
+    widths = np.stack([*(a / volumes.area for a in means[:3]), *(a / means[2] for a in means[3:])])
+    near = np.concatenate([np.arange(n), volumes.left, volumes.right])
+    seen = np.concatenate([np.arange(n), volumes.right, volumes.left])
+    for own in widths[:3]:
+        own[:] = np.maximum(own / SMALL, np.bincount(near, own[seen], n) / np.bincount(near, minlength=n))
+    return np.pad(widths, ((0, 0), (0, faces.cells - n)))
+
+
+@kernel(unaliased=True)
+def set_status(
+    now: Fields,
+    slopes: Array,
+    status: Status,
+    bed: CloudBed,
+    material: Material,
+    widths: Array,
+    start: int,
+    stop: int,
+    rate: Array,
+) -> None:
+    """Set the earth pressure of a run of cells, which are dry, and the rate of the waves that leave them.
+
+    widths : from `widths_of`. rate : (cells,) array, filled, s-1.
+    """
+    x_a, x_p, y_aa, y_ap, y_pa, y_pp = material.pressure
+    for k in range(start, stop):
+        i = np.uint64(k)
+        h, u, v = now.h[i], now.u[i], now.v[i]
+        normal, wet = bed.normal[i], h > material.dry
+        w_x, w_y, around, m_x, m_xy = widths[0, i], widths[1, i], widths[2, i], widths[3, i], widths[4, i]
+        tie = -TIE * around * (abs(u) + abs(v) + math.sqrt(normal * h))
+        extends_x, extends_y = (slopes[2, i] >= tie) | (not wet), (slopes[5, i] >= tie) | (not wet)
+        k_x = x_a if extends_x else x_p
+        k_active, k_passive = y_aa if extends_y else y_ap, y_pa if extends_y else y_pp
+        b_x, b_y = normal * k_x, normal * (k_active if extends_x else k_passive)
+        status.beta_x[i], status.beta_y[i] = b_x, b_y
+        status.still[i] = 0.0 if wet else DRY
+        waves = around * math.sqrt((m_x * b_x + (1.0 - m_x) * b_y) * h)
+        square = m_x * (u * u) + (1.0 - m_x) * (v * v) + 2.0 * m_xy * (u * v)
+        mean, most = around * math.sqrt(square if square > 0.0 else 0.0), w_x * abs(u) + w_y * abs(v)
+        leaving = (mean if mean < most else most) + waves
+        leaving = leaving if leaving > bed.falling[i] else bed.falling[i]
+        rate[i] = leaving if wet else 0.0
+
+
+@kernel()
+def held(
+    now: Fields,
+    slopes: Array,
+    status: Status,
+    bed: CloudBed,
+    material: Material,
+    sides: Sides,
+    faces: Faces,
+    i: int,
+) -> bool:
+    """Whether friction holds cell i, which is at rest.
+
+    It does if ``|(beta_x h_x - g sin xi, beta_y h_y)|`` is at most ``g cos xi tan delta`` at each face,
+    with the difference to the cell beyond and the gradient along the face. A wall holds what leans on it.
+    From a dry cell nothing can slide in: what the rim of a heap is held by lies below it.
+    """
+    h, b_x, b_y = now.h, status.beta_x[i], status.beta_y[i]
+    limit = bed.normal[i] * material.tangent * HOLDS
+    for m in range(faces.number[i]):
+        f, j, sign = beyond(faces, half_of(faces, i, m))
+        if f >= faces.outer and sides.kind[faces.side[f - faces.outer]] in (WALL, NO_SLIP):
+            continue
+        d_x, d_y = sign * faces.geometry[2, f], sign * faces.geometry[3, f]
+        more = (h[j] - h[i] - slopes[0, i] * d_x - slopes[1, i] * d_y) / (d_x * d_x + d_y * d_y)
+        pull_x = b_x * (slopes[0, i] + more * d_x) - bed.along[i]
+        pull_y = b_y * (slopes[1, i] + more * d_y)
+        if h[j] <= material.dry and pull_x * d_x + pull_y * d_y >= 0.0:
+            continue
+        if pull_x * pull_x + pull_y * pull_y > limit * limit:
+            return False
+    return True
+
+
+@kernel()
+def classify_ghosts(
+    now: Fields,
+    status: Status,
+    bed: CloudBed,
+    material: Material,
+    sides: Sides,
+    faces: Faces,
+    area: Array,
+    start: int,
+    stop: int,
+) -> float:
+    """Give some ghosts the status of their cells, but let a given depth drive them; return its wave rate.
+
+    A given depth is not dry where its cell is: friction holds it where it does not drive.
+    """
+    h, fastest = now.h, 0.0
+    for b in range(start, stop):
+        f = faces.outer + b
+        i, ghost = int(faces.left[f]), int(faces.right[f])
+        b_x, b_y = status.beta_x[i], status.beta_y[i]
+        status.beta_x[ghost], status.beta_y[ghost], status.still[ghost] = b_x, b_y, status.still[i]
+        if sides.kind[faces.side[b]] == DEPTH and h[ghost] > material.dry:
+            n_x, n_y = faces.geometry[0, f], faces.geometry[1, f]
+            way = faces.geometry[2, f] * n_x + faces.geometry[3, f] * n_y
+            b_n = b_x * n_x * n_x + b_y * n_y * n_y
+            push = abs(b_n * (h[ghost] - h[i]) / way - n_x * bed.along[i])
+            if status.still[ghost] == DRY:
+                status.still[ghost] = HELD
+            if push > bed.normal[i] * material.tangent * HOLDS:
+                status.still[ghost] = 0.0
+                fastest = max(fastest, 2.0 * math.sqrt(b_n * h[ghost]) * faces.geometry[6, f] / area[i])
+    return fastest
+
+
+@kernel()
+def classify_cloud(
+    now: Fields,
+    slopes: Array,
+    status: Status,
+    bed: CloudBed,
+    material: Material,
+    sides: Sides,
+    faces: Faces,
+    gradient: Gradient,
+    area: Array,
+    widths: Array,
+    activity: Activity,
+    rate: Array,
+) -> float:
+    """Set slopes and status where something has changed: in the sloped runs of the step before.
+
+    Returns
+    -------
+    float
+        Largest wave rate of a wet cell, s-1, wherever it is.
+    """
+    u, v, still, top = now.u, now.v, status.still, activity.top
+    fastest = 0.0
+    for r in range(activity.counts[2]):
+        start, stop = activity.sloped_runs[r]
+        first, last = faces.first_side[start // LANES], faces.first_side[stop // LANES]
+        fill_ghosts_beyond(now, status.beta_x, status.beta_y, faces, sides, first, last)
+        slopes_at(now, gradient, start, stop, material.dry, slopes)
+        flatten_fed(slopes, faces, sides, first, last)
+        set_status(now, slopes, status, bed, material, widths, start, stop, rate)
+        for b in range(start // LANES, stop // LANES):
+            moves, top[b] = False, 0.0
+            for i in range(b * LANES, (b + 1) * LANES):
+                top[b] = max(top[b], rate[i])
+                rests = still[i] == 0.0 and u[i] == 0.0 and v[i] == 0.0
+                if rests and held(now, slopes, status, bed, material, sides, faces, i):
+                    still[i] = HELD
+                moves |= still[i] == 0.0
+            activity.moving[b] = moves
+        fastest = max(fastest, classify_ghosts(now, status, bed, material, sides, faces, area, first, last))
+    for b in range(len(top)):
+        fastest = max(fastest, top[b])
+    return fastest

@@ -1,0 +1,273 @@
+"""The collocation form of the paper (eqs. 12-23): what LMLS derivatives at a point make of its state."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from solver.arrays import Array, Indices
+from solver.collocation.operators import Stencils
+from solver.compiled import ONE, kernel
+from solver.kernels.source_terms import braked, dragged
+from solver.kernels.state import CloudBed, Fields, Material
+
+
+class Images(NamedTuple):
+    """How images mirror the velocities of their points.
+
+    owner : (points and images,), number of each point itself, of each image its point's. sign : (images, 2),
+    factor of either component. outward : (images, 2), 1 where the component is first made positive.
+    """
+
+    owner: Indices
+    sign: Array
+    outward: Indices
+
+
+class Momenta(NamedTuple):
+    """Depth (m) and momentum (m2 s-1) of points and images, flat arrays."""
+
+    h: Array
+    hu: Array
+    hv: Array
+
+
+class Open(NamedTuple):
+    """What open sides let out: pairs of a point and an image beyond an open side, as `open_sides` lists them.
+
+    point, image, side : (m,). weight : (m, 2), of the momentum of both along and across, m.
+    """
+
+    point: Indices
+    image: Indices
+    side: Indices
+    weight: Array
+
+
+class Scratch(NamedTuple):
+    """Scratch arrays of a run.
+
+    start : state at the start of the step. q : state after a stage; where nothing is chosen, that in force.
+    change : what relaxation makes of it. gains : (n, 5), filled by `derivatives`. beta : (n, 2), g cos(xi) K
+    (eq. 7) along x and y, m s-2. mark, flag, chosen : (n,).
+    """
+
+    start: Fields
+    q: Momenta
+    change: Momenta
+    gains: Array
+    beta: Array
+    mark: Indices
+    flag: Indices
+    chosen: Indices
+
+
+@kernel()
+def mirrored(along: float, across: float, k: int, images: Images) -> tuple[float, float]:
+    """Turn both components of a velocity or momentum as the k-th image has them."""
+    a = abs(along) if images.outward[k, 0] else along
+    b = abs(across) if images.outward[k, 1] else across
+    return images.sign[k, 0] * a, images.sign[k, 1] * b
+
+
+@kernel()
+def fill_images(h: Array, along: Array, across: Array, images: Images) -> None:
+    """Set depth and velocity, or momentum, of the images, which stand behind those of the points."""
+    n = len(h) - len(images.sign)
+    for k in range(len(images.sign)):
+        g, i = n + k, images.owner[n + k]
+        h[g] = h[i]
+        along[g], across[g] = mirrored(along[i], across[i], k, images)
+
+
+@kernel()
+def choose(
+    h: Array,
+    dry: float,
+    count: int,
+    stencils: Stencils,
+    images: Images,
+    mark: Indices,
+    chosen: Indices,
+) -> int:
+    """List the points that have in their support a depth above ``dry`` or below its negative.
+
+    count : points listed before in this step, which stay; with 0 the list is made anew. Returns the new one.
+    mark : 1 for what is listed, 2 where what it reaches is listed too.
+    """
+    if count == 0:
+        mark[:] = 0
+        for i in range(len(chosen)):
+            if abs(h[i]) > dry:
+                mark[i], chosen[count] = 1, i
+                count += 1
+    for c in range(count):
+        i = chosen[c]
+        if mark[i] == 2 or abs(h[i]) <= dry:
+            continue
+        mark[i] = 2
+        for p in range(stencils.first[i], stencils.first[i + 1]):
+            j = images.owner[stencils.partners[p]]
+            if mark[j] == 0:
+                mark[j], chosen[count] = 1, j
+                count += 1
+    return count
+
+
+@kernel()
+def derivatives(now: Fields, chosen: Indices, stencils: Stencils, gains: Array) -> None:
+    """Set what eqs. 12-13 need of the chosen points, in one pass over their supports (eq. 23).
+
+    Two sums run side by side, so that one does not wait for the other's last addition.
+
+    gains : (n, 5), filled with the divergence of ``h u`` (m s-1), of the fluxes of momentum along and across
+    (m2 s-2), and with the gradient of h (dimensionless).
+    """
+    h, u, v = now
+    near, weights, own = stencils.neighbours, stencils.gradient, np.uint64(stencils.own)
+    x, y, size = np.uint64(0), np.uint64(1), near.shape[1]
+    for c in range(len(chosen)):
+        i = np.uint64(chosen[c])
+        row = i * own
+        mass = along = across = h_x = h_y = 0.0
+        mass_ = along_ = across_ = h_x_ = h_y_ = 0.0
+        for s in range(0, size - 1, 2):
+            s_, t_ = np.uint64(s), np.uint64(s + 1)
+            j, k = np.uint64(near[i, s_]), np.uint64(near[i, t_])
+            part = h[j] * (weights[row, s_, x] * u[j] + weights[row, s_, y] * v[j])
+            part_ = h[k] * (weights[row, t_, x] * u[k] + weights[row, t_, y] * v[k])
+            h_x, h_x_ = h_x + weights[row, s_, x] * h[j], h_x_ + weights[row, t_, x] * h[k]
+            h_y, h_y_ = h_y + weights[row, s_, y] * h[j], h_y_ + weights[row, t_, y] * h[k]
+            mass, mass_ = mass + part, mass_ + part_
+            along, along_ = along + part * u[j], along_ + part_ * u[k]
+            across, across_ = across + part * v[j], across_ + part_ * v[k]
+        if size % 2:
+            s_ = np.uint64(size - 1)
+            j = np.uint64(near[i, s_])
+            part = h[j] * (weights[row, s_, x] * u[j] + weights[row, s_, y] * v[j])
+            h_x, h_y = h_x + weights[row, s_, x] * h[j], h_y + weights[row, s_, y] * h[j]
+            mass, along, across = mass + part, along + part * u[j], across + part * v[j]
+        gains[i, 0], gains[i, 1], gains[i, 2] = mass + mass_, along + along_, across + across_
+        gains[i, 3], gains[i, 4] = h_x + h_x_, h_y + h_y_
+
+
+@kernel()
+def earth_pressure(
+    now: Fields, chosen: Indices, stencils: Stencils, bed: CloudBed, material: Material, beta: Array
+) -> float:
+    """Set beta (n, 2) of the chosen points by the signs of their LMLS velocity gradient (eqs. 7, 10, 11).
+
+    A dry neighbour has no velocity and makes no gradient. Returns the largest of
+    ``(|u| + c_x) sum |D_x| + (|v| + c_y) sum |D_y|``, D the derivative weights, s-1.
+    """
+    x_a, x_p, y_aa, y_ap, y_pa, y_pp = material.pressure
+    h, u, v = now
+    near, weights, own = stencils.neighbours, stencils.gradient, np.uint64(stencils.own)
+    fastest = 0.0
+    for c in range(len(chosen)):
+        i = np.uint64(chosen[c])
+        row = i * own
+        u_x = v_y = 0.0
+        if h[i] > material.dry:
+            for s in range(near.shape[1]):
+                s_ = np.uint64(s)
+                j = np.uint64(near[i, s_])
+                wet = 1.0 if h[j] > material.dry else 0.0
+                u_x += wet * weights[row, s_, np.uint64(0)] * (u[j] - u[i])
+                v_y += wet * weights[row, s_, np.uint64(1)] * (v[j] - v[i])
+        k_active, k_passive = (y_aa if v_y >= 0.0 else y_ap), (y_pa if v_y >= 0.0 else y_pp)
+        beta[i, 0] = bed.normal[i] * (x_a if u_x >= 0.0 else x_p)
+        beta[i, 1] = bed.normal[i] * (k_active if u_x >= 0.0 else k_passive)
+        if h[i] > material.dry:
+            rate = (abs(u[i]) + math.sqrt(beta[i, 0] * h[i])) * stencils.reach[row, 0]
+            rate += (abs(v[i]) + math.sqrt(beta[i, 1] * h[i])) * stencils.reach[row, 1]
+            fastest = max(fastest, rate, bed.falling[i])
+    return fastest
+
+
+@kernel()
+def update(
+    now: Fields,
+    chosen: Indices,
+    bed: CloudBed,
+    material: Material,
+    part: float,
+    dt: float,
+    scratch: Scratch,
+) -> None:
+    """Update the chosen points: ``U = U_0 + part (U_1 - U_0 + dt L(U_1))``, then friction over ``part dt``.
+
+    A negative depth neither slides nor presses. The result, depth and momentum, is put into ``scratch.q``.
+    """
+    start, q, gains, beta = scratch.start, scratch.q, scratch.gains, scratch.beta
+    dry, braking = material.dry, part * dt * material.tangent
+    for c in range(len(chosen)):
+        i = np.uint64(chosen[c])
+        h_0, h_1 = start.h[i], now.h[i]
+        depth = h_1 if h_1 > 0.0 else 0.0
+        gain_u = depth * (bed.along[i] - beta[i, 0] * gains[i, 3]) - gains[i, 1]
+        gain_v = -depth * beta[i, 1] * gains[i, 4] - gains[i, 2]
+        hu, hv = h_0 * start.u[i], h_0 * start.v[i]
+        h = h_0 + part * ((h_1 - h_0) - dt * gains[i, 0])
+        hu += part * ((h_1 * now.u[i] - hu) + dt * gain_u)
+        hv += part * ((h_1 * now.v[i] - hv) + dt * gain_v)
+        per_depth = braked(hu, hv, h, now.u[i], depth, bed.normal[i], bed.curvature[i], braking, dry)
+        u, v = hu * per_depth, hv * per_depth
+        slowed = (
+            dragged(math.sqrt(u * u + v * v), h, part * dt * material.drag) if material.drag > 0.0 else 1.0
+        )
+        q.h[i], q.hu[i], q.hv[i] = h, h * u * slowed, h * v * slowed
+
+
+@kernel()
+def velocities(
+    q: Momenta, chosen: Indices, stencils: Stencils, dry: float, film: float, around: int, now: Fields
+) -> None:
+    """Set depth and velocity of the chosen points from their momenta.
+
+    In a film, up to ``film`` (m) deep, momentum divided by depth is noise: it takes the mean velocity of the
+    ``around`` nearest points, weighted by depth. What is dry has neither velocity nor momentum.
+    """
+    h = q.h
+    for c in range(len(chosen)):
+        i = np.uint64(chosen[c])
+        hu, hv, depth = q.hu[i], q.hv[i], h[i]
+        now.h[i] = h[i]
+        if h[i] <= dry:
+            q.hu[i] = q.hv[i] = now.u[i] = now.v[i] = 0.0
+            continue
+        if h[i] < film:
+            hu = hv = depth = 0.0
+            for s in range(around):
+                j = np.uint64(stencils.neighbours[i, np.uint64(s)])
+                if h[j] > dry:
+                    hu, hv, depth = hu + q.hu[j], hv + q.hv[j], depth + h[j]
+        now.u[i], now.v[i] = hu / depth, hv / depth
+
+
+@kernel()
+def account_open(now: Fields, sides: Open, duration: float, ledger: Array) -> None:
+    """Add to the ledger (4, 2), m3, what open sides let out within a duration, s.
+
+    The sum over pairs of ``weight . (q_i + q_j)``; on a lattice the weight is ``V_i D_ij``.
+    """
+    before, rate = -ONE, 0.0
+    for k in range(len(sides.point)):
+        i, j, side = sides.point[k], sides.image[k], sides.side[k]
+        if side != before:
+            settle_account(before, rate * duration, ledger)
+            before, rate = side, 0.0
+        rate += sides.weight[k, 0] * (now.h[j] * now.u[j] + now.h[i] * now.u[i])
+        rate += sides.weight[k, 1] * (now.h[j] * now.v[j] + now.h[i] * now.v[i])
+    settle_account(before, rate * duration, ledger)
+
+
+@kernel()
+def settle_account(side: int, volume: float, ledger: Array) -> None:
+    """Add a volume that left by a side, or came if it is negative, m3."""
+    if volume > 0.0:
+        ledger[side, 1] += volume
+    elif volume < 0.0:
+        ledger[side, 0] -= volume

@@ -1,0 +1,49 @@
+"""What all runs of a scheme on the same points share, made once."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from typing import Literal
+
+from solver.cloud.operators import CloudOperators
+from solver.cloud.operators import prepare as prepare_cloud
+from solver.collocation.operators import CollocationOperators, prepare_collocation
+from solver.points.cloud import PointCloud
+from solver.points.lattice import Lattice
+from solver.scene import Collocation, Scheme
+
+Operators = CloudOperators | CollocationOperators
+Kind = Literal["lattice", "cloud", "collocation"]
+
+
+def kind_of(points: Lattice | PointCloud, scheme: Scheme) -> Kind:
+    """Say which kind of run a scheme makes on points."""
+    if isinstance(scheme, Collocation):
+        return "collocation"
+    return "lattice" if isinstance(points, Lattice) else "cloud"
+
+
+def key(points: Lattice | PointCloud, scheme: Scheme) -> Hashable:
+    """Give what the operators of a scheme depend on beside the points; None where it needs none."""
+    if isinstance(scheme, Collocation):
+        return "collocation", scheme.support, scheme.degree, scheme.weight_shape, scheme.derivative
+    if isinstance(points, Lattice):
+        return None
+    return scheme.support, scheme.degree, scheme.weight_shape
+
+
+def prepare(points: Lattice | PointCloud, scheme: Scheme) -> Operators | None:
+    """Make the operators that `solver.scene.Scene` takes for runs of a scheme; None where it needs none.
+
+    Raises
+    ------
+    ValueError
+        If a support cannot carry the basis; the message names the points.
+    """
+    if isinstance(scheme, Collocation):
+        return prepare_collocation(
+            points, scheme.support, scheme.degree, scheme.weight_shape, scheme.derivative
+        )
+    if isinstance(points, Lattice):
+        return None
+    return prepare_cloud(points, scheme.support, scheme.degree, scheme.weight_shape)

@@ -1,0 +1,1 @@
+"""Compiled kernels that the lattice, the cloud and the collocation form share."""

@@ -1,0 +1,136 @@
+"""What kernels are given: the state of a run, its bed, material and sides, and their constants."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from solver.arrays import Array, Indices
+from solver.compiled import kernel
+
+# What a cell must keep in one stage, as a share of its depth, so that round-off cannot make it negative.
+SPARE = 1e-12
+
+# Round-off allowed where a drive exactly at the friction limit must count as held (slope = friction angle).
+HOLDS = 1.0 + 1e-12
+
+# Why a cell counts as still (`solver.lattice.status.Status`): it is dry, or friction holds it.
+DRY, HELD = 1.0, 2.0
+
+GHOSTS = 2
+OPEN, WALL, NO_SLIP, DEPTH = 0, 1, 2, 3
+# A flow that is its own mirror image is computed on one half: the axis goes through the outermost cells, or
+# between them and their images.
+AXIS, MIDLINE = 4, 5
+# One row stands for all rows of a flow that does not vary across the slope: nothing passes between them.
+EVEN = 6
+# Runs of cells are computed in whole vectors of this many where possible: what is left over is slow.
+LANES = 8
+
+
+class Grid(NamedTuple):
+    """The padded lattice: number of rows, length of a row in memory, spacings in m."""
+
+    rows: int
+    stride: int
+    dx: float
+    dy: float
+
+
+class Fields(NamedTuple):
+    """Depth (m) and velocity (m s-1), flat arrays of the padded lattice."""
+
+    h: Array
+    u: Array
+    v: Array
+
+
+class Sides(NamedTuple):
+    """The sides x_min, x_max, y_min, y_max, arrays of shape (4,).
+
+    kind : OPEN, WALL, NO_SLIP or DEPTH; at y_min also AXIS or MIDLINE, at y_min and y_max EVEN. depth : given
+    depth, m. lean : the part of gravity along the bed that friction cannot hold there, m s-2.
+    """
+
+    kind: Indices
+    depth: Array
+    lean: Array
+
+
+class Fluxes(NamedTuple):
+    """Fluxes through faces, flat arrays.
+
+    mass : of depth, m2 s-1. normal, tangential : convective, of h n and h t, m3 s-2.
+    pressure : HLL mean of h^2 / 2, m2, to be multiplied by the beta of the cell that feels it.
+    """
+
+    mass: Array
+    normal: Array
+    tangential: Array
+    pressure: Array
+
+
+class FaceValues(NamedTuple):
+    """Depth (m), normal and tangential velocity (m s-1) at the low and high face of cells; flat arrays.
+
+    c : wave speed sqrt(beta h) of the cells, m s-1.
+    """
+
+    h_low: Array
+    h_high: Array
+    n_low: Array
+    n_high: Array
+    t_low: Array
+    t_high: Array
+    c: Array
+
+
+class Bed(NamedTuple):
+    """Along x, padded shape (nx + 4,): g sin xi, g cos xi (m s-2), the curvature kappa (m-1).
+
+    falling : wave rate (s-1) that gives the longest step from rest, from `falling_rate`.
+    """
+
+    along: Array
+    normal: Array
+    curvature: Array
+    falling: Array
+
+
+class Material(NamedTuple):
+    """Friction and its limits.
+
+    tangent : tan(delta). drag : g / turbulent friction, 0 for dry friction, dimensionless.
+    pressure : the six earth-pressure coefficients, in the order of `PressureCoefficients`.
+    dry : depth up to which a cell counts as dry and does not move, m.
+    """
+
+    tangent: float
+    drag: float
+    pressure: tuple[float, float, float, float, float, float]
+    dry: float
+
+
+class Status(NamedTuple):
+    """What each cell is in this step, flat arrays of the padded lattice.
+
+    beta_x, beta_y : g cos(xi) K (eq. 7), m s-2. still : DRY, HELD by friction, else 0.
+    """
+
+    beta_x: Array
+    beta_y: Array
+    still: Array
+
+
+class CloudBed(NamedTuple):
+    """At each cell: g sin xi, g cos xi (m s-2), the curvature kappa (m-1), and a rate as in `Bed`."""
+
+    along: Array
+    normal: Array
+    curvature: Array
+    falling: Array
+
+
+@kernel()
+def whole(count: int) -> int:
+    """Round a number of cells up to whole vectors, for runs that only fill buffers."""
+    return -(-count // LANES) * LANES

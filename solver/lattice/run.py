@@ -1,0 +1,266 @@
+"""One run on a lattice: its arrays, padded by ghost cells, and what the kernels do to them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solver.arrays import Array
+from solver.kernels import runge_kutta
+from solver.kernels.record import Record
+from solver.kernels.state import (
+    AXIS,
+    DEPTH,
+    DRY,
+    GHOSTS,
+    LANES,
+    OPEN,
+    Bed,
+    FaceValues,
+    Fields,
+    Fluxes,
+    Grid,
+    Sides,
+    Status,
+)
+from solver.lattice.residual import RING, Buffers, stage
+from solver.lattice.spans import Spans
+from solver.lattice.status import classify
+from solver.lattice.time_stepping import advance, record_maxima
+from solver.lattice.window import Part, Window, around, needed
+from solver.physics.earth_pressure import PressureCoefficients
+from solver.points.lattice import Lattice
+from solver.run import Carried, Run, by_name, falling_rate, gravity_along_and_normal, state_of
+from solver.scene import Scene
+
+# Rows or columns that a window grows by at least.
+LEAST_GROWTH = 16
+
+
+def roomy(size: int, values: Array | None = None) -> Array:
+    """Flat array of zeros or of values, with room behind it that a whole vector may read and write."""
+    array: Array = np.zeros(size + 2 * LANES)[:size]
+    if values is not None:
+        array[:] = values.ravel()
+    return array
+
+
+class LatticeRun(Run):
+    """The arrays of one run, padded by ghost cells, on the part of the lattice that the flow has come near.
+
+    Cells outside are dry, and nothing is computed there; a symmetric scene is computed in part. Results are
+    the same to the last bit, but for the ledger of what passes the sides, whose sums have another order.
+
+    Parameters
+    ----------
+    scene : Scene
+        On a lattice.
+    end : float
+        Time that the run may go on to, s.
+    arrival_depth : float
+        Depth above which a cell counts as reached, m.
+    whole : bool
+        Whether to compute the whole lattice from the start.
+    """
+
+    def __init__(self, scene: Scene, end: float, arrival_depth: float, whole: bool = False) -> None:
+        lattice = scene.points
+        if not isinstance(lattice, Lattice):
+            raise TypeError(f"a lattice run needs a lattice, not a {type(lattice).__name__}")
+        initial = state_of(scene)
+        super().__init__(scene, initial[0], end, arrival_depth, indices=2)
+        self.lattice = lattice
+        x = lattice.x_points
+        y = np.full_like(x, lattice.y_points.mean())
+        self.columns = Bed(
+            *gravity_along_and_normal(scene, x, y),
+            scene.terrain.curvature(x, y),
+            falling_rate(scene, x, y, 1.0 / lattice.dx),
+        )
+        dry = self.material.dry
+        # what comes in through a side may come anywhere along it
+        driven = (self.sides.kind == DEPTH) & (self.sides.depth > dry)
+        self.part = Part(lattice.shape) if whole else needed(initial, self.sides)
+        room = self.part.room
+        self._make(room if whole or driven.any() else around(initial[0] > 0, room, LEAST_GROWTH))
+        wet = initial[0][self.window.cut] > dry
+        for k, (field, values) in enumerate(zip(self.now, initial, strict=True)):
+            inside = values[self.window.cut]
+            self._inner(field)[...] = np.where(wet | (k == 0), inside, 0.0)
+        for j, row in enumerate(wet, GHOSTS):
+            if row.any():
+                self.spans.wet[:, j] = GHOSTS + np.argmax(row), GHOSTS + len(row) - np.argmax(row[::-1])
+        self.rest_volume = scene.scheme.rest_share * self.volume / self.part.rows
+        record_maxima(self.now, self.spans.wet, self.grid, dry, arrival_depth, self.record, self.progress)
+
+    def _make(self, window: Window) -> None:
+        """Make the arrays of a window, dry and at rest."""
+        lattice, (ny, nx) = self.lattice, window.shape
+        self.window = window
+        room = self.part.room
+        self.inner = np.not_equal(
+            (window.west, window.east, window.south, window.north),
+            (room.west, room.east, room.south, room.north),
+        )
+        self.window_sides = Sides(
+            np.where(self.inner, OPEN, self.part.sides(self.sides.kind)),
+            np.where(self.inner, 0.0, self.sides.depth),
+            np.where(self.inner, 0.0, self.sides.lean),
+        )
+        columns = np.arange(window.west - GHOSTS, window.east + GHOSTS).clip(window.west, window.east - 1)
+        self.bed = Bed(*(values[columns] for values in self.columns))
+        self.grid = Grid(ny + 2 * GHOSTS, nx + 2 * GHOSTS, lattice.dx, lattice.dy)
+        size, stride = self.grid.rows * self.grid.stride, self.grid.stride
+        self.now, *self.stages = (Fields(*(roomy(size) for _ in range(3))) for _ in range(3))
+        load = np.tile(self.bed.normal, self.grid.rows)
+        active = PressureCoefficients(*self.material.pressure)
+        self.status = Status(
+            roomy(size, load * active.x_active),
+            roomy(size, load * active.y_active_active),
+            roomy(size, np.full(size, DRY)),
+        )
+        empty = np.zeros((2, self.grid.rows), dtype=np.int64)
+        self.spans = Spans(empty, empty.copy(), empty.copy(), np.zeros(stride))
+        n = stride + LANES
+        self.buffers = Buffers(
+            FaceValues(*(roomy(n) for _ in range(7))),
+            FaceValues(*(roomy(2 * n) for _ in range(7))),
+            Fluxes(*(roomy(RING * n) for _ in range(4))),
+            Fluxes(*(roomy(RING * n) for _ in range(4))),
+            np.ones(RING * n),
+        )
+        depth, speed_squared, momentum_flux = np.zeros((3, ny * nx))
+        self.record = Record(depth, speed_squared, momentum_flux, np.full(ny * nx, np.nan))
+
+    def _inner(self, padded: Array) -> Array:
+        """View a flat padded array without its ghosts, of the shape of the window."""
+        inner = slice(GHOSTS, -GHOSTS)
+        return padded.reshape(self.grid.rows, self.grid.stride)[inner, inner]
+
+    def _grow(self) -> None:
+        """Give the flow more room on the sides that it has come to."""
+        before, views = self.window, [self._inner(a) for a in (*self.now, *self.status)]
+        spans, record = self.spans, self.record
+        stepped = spans.stepped[0] < spans.stepped[1]
+        rows = np.flatnonzero(stepped)
+        near = (
+            spans.stepped[0, stepped].min() <= GHOSTS,
+            spans.stepped[1, stepped].max() >= self.grid.stride - GHOSTS,
+            rows[0] <= GHOSTS,
+            rows[-1] >= self.grid.rows - GHOSTS - 1,
+        )
+        ny, nx = before.shape
+        west, east, south, north = (
+            max(LEAST_GROWTH, size // 2) if at else 0 for at, size in zip(near, (nx, nx, ny, ny), strict=True)
+        )
+        self._make(before.grown((south, north, west, east), self.part.room))
+        down, right = before.south - self.window.south, before.west - self.window.west
+        place = slice(down, down + ny), slice(right, right + nx)
+        for old, new in zip(views, (*self.now, *self.status), strict=True):
+            self._inner(new)[place] = old
+        # of ghosts only the status lasts from step to step
+        image = GHOSTS + (1 if self.window_sides.kind[2] == AXIS else 0)
+        for new in self.status:
+            padded = new.reshape(self.grid.rows, self.grid.stride)
+            padded[GHOSTS - 1], padded[-GHOSTS] = padded[image], padded[-GHOSTS - 1]
+            padded[:, GHOSTS - 1], padded[:, -GHOSTS] = padded[:, GHOSTS], padded[:, -GHOSTS - 1]
+        for old, new in zip(record, self.record, strict=True):
+            new.reshape(self.window.shape)[place] = old.reshape(ny, nx)
+        inside = spans.wet[:, GHOSTS:-GHOSTS]
+        self.spans.wet[:, GHOSTS + down : GHOSTS + down + ny] = np.where(
+            inside[0] < inside[1], inside + right, 0
+        )
+
+    def _advance(self, target: float, max_steps: int) -> int:
+        outcome = runge_kutta.GROW
+        while outcome == runge_kutta.GROW:
+            outcome = int(
+                advance(
+                    self.now,
+                    *self.stages,
+                    self.status,
+                    self.bed,
+                    self.material,
+                    self.window_sides,
+                    self.grid,
+                    self.spans,
+                    self.inner,
+                    self.buffers,
+                    runge_kutta.SSP_RK3,
+                    self.scene.scheme.cfl,
+                    target,
+                    self.shortest_step,
+                    max_steps,
+                    self.rest_volume,
+                    self.arrival_depth,
+                    self.record,
+                    self.progress,
+                )
+            )
+            if outcome == runge_kutta.GROW:
+                self._grow()
+        return outcome
+
+    def rehearse(self, piece: int) -> None:
+        """Classify the cells, or take a stage of no length."""
+        before = self.now, self.status, self.bed, self.material, self.window_sides, self.grid
+        if piece == 0:
+            classify(*before, self.spans)
+            return
+        steps = self.spans.stepped, GHOSTS, GHOSTS, 1.0, 1.0, 0.0
+        stage(self.now, self.now, self.stages[0], *before[1:], *steps, self.buffers, self.progress.ledger)
+
+    @property
+    def carried(self) -> dict[str, NDArray[Any]]:
+        """The same, and which part of the lattice they are of."""
+        own = by_name(status=self.status, spans=self.spans)
+        return super().carried | own | {"window": np.array(self.window)}
+
+    def restore(self, carried: Carried) -> None:
+        """Set a run made from the same scene to where these arrays were taken."""
+        window, room = Window(*map(int, carried.get("window", ()))), self.part.room
+        if window.grown((0, 0, 0, 0), room) != window:
+            raise ValueError("the snapshot is of other points")
+        self._make(window)
+        super().restore(carried)
+
+    @property
+    def state(self) -> tuple[Array, Array, Array]:
+        """Depth and velocity of the whole lattice, copies of shape (ny, nx)."""
+        h, u, v = (
+            self._expanded(field, image) for field, image in zip(self.now, (1.0, 1.0, -1.0), strict=True)
+        )
+        return h, u, v
+
+    def _expanded(self, field: Array, image: float = 1.0) -> Array:
+        return self.part.expanded(self._inner(field), self.window, 0.0, image)
+
+    @property
+    def maxima(self) -> Record:
+        """Record of the whole lattice, copies of shape (ny, nx)."""
+        depth, speed_squared, momentum_flux, arrival = (
+            self.part.expanded(values, self.window, outside)
+            for values, outside in zip(self.record, (0.0, 0.0, 0.0, np.nan), strict=True)
+        )
+        return Record(depth, speed_squared, momentum_flux, arrival)
+
+    @property
+    def ledger(self) -> Array:
+        """Volumes that came in and left through each side of the lattice, shape (4, 2), m3."""
+        return self.part.rows * self.progress.ledger
+
+    @property
+    def volume(self) -> float:
+        """Volume in the domain, m3."""
+        return float(self._expanded(self.now.h).sum()) * self.lattice.cell_area
+
+    @property
+    def place(self) -> tuple[float, float]:
+        """Where a value was not finite, x and y in m; NaN if none was."""
+        j, i = self.progress.place
+        if j < 0:
+            return np.nan, np.nan
+        x, y = self.lattice.x_points, self.lattice.y_points
+        return float(x[self.window.west + i]), float(y[self.window.south + j])

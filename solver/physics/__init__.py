@@ -1,0 +1,1 @@
+"""The equations' closures: terrain, earth pressure and basal friction, with no numerics."""

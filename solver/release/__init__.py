@@ -1,0 +1,1 @@
+"""What is released: shapes, their exact cell averages, and the initial state of a run."""

@@ -1,0 +1,268 @@
+"""What every run is made of, whatever its points and its form: state, sides and material, checked."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solver.arrays import Array
+from solver.kernels.record import Record
+from solver.kernels.runge_kutta import AT_REST, OUT_OF_STEPS, Progress
+from solver.kernels.state import DEPTH, NO_SLIP, OPEN, WALL, Fields, Material, Sides
+from solver.physics.friction import Voellmy
+from solver.scene import Scene
+
+Carried = Mapping[str, NDArray[Any]]
+# A step is collapsed that is this much shorter than the run, or than ten times a free fall along the domain:
+# a run may be given any end, and stop at rest.
+SHORTEST_STEP, FALLS = 1e-7, 10
+# What so many steps do not change, relative to what there is, does not move.
+LULL_STEPS, LULL = 1000, 1e-12
+# What the compiler takes equally long for: all that goes before the stages of a step, and a stage.
+PIECES = 2
+KINDS = {"open": OPEN, "wall": WALL, "no-slip": NO_SLIP}
+
+
+class Lull(NamedTuple):
+    """What a run was like when it was last looked at.
+
+    steps : (1,), its time steps. moments : (3,), integrals over the domain of ``h^2`` and of h times the
+    distance from the first corner along x and y, m4. ledger : (4, 2), of `Run.ledger`, m3.
+    """
+
+    steps: NDArray[np.int64]
+    moments: Array
+    ledger: Array
+
+
+class Run(ABC):
+    """One run, on whatever points and in whatever form, as `solver.simulation` steps it.
+
+    Parameters
+    ----------
+    scene : Scene
+        What to run.
+    depth : array
+        Initial depth, as `state_of` gives it, m.
+    end : float
+        Time that the run may go on to, s.
+    arrival_depth : float
+        Depth above which a cell counts as reached, m.
+    indices : int
+        Numbers that say which cell it is.
+    """
+
+    now: Fields
+    record: Record
+
+    def __init__(self, scene: Scene, depth: Array, end: float, arrival_depth: float, indices: int) -> None:
+        self.scene, self.end, self.arrival_depth = scene, end, arrival_depth
+        fall = np.sqrt(max(np.ptp(side) for side in scene.points.extent) / scene.gravity)
+        self.shortest_step = SHORTEST_STEP * min(end, FALLS * float(fall))
+        self.sides = sides_of(scene)
+        self.material = material_of(scene, depth, self.sides)
+        self.progress = Progress(
+            np.zeros(1),
+            np.zeros(1, np.int64),
+            np.zeros(1, np.int64),
+            np.zeros((4, 2)),
+            np.full(indices, -1, np.int64),
+        )
+        self.lull = Lull(np.zeros(1, np.int64), np.full(3, np.nan), np.zeros((4, 2)))
+
+    def advance(self, target: float, max_steps: int | None) -> int:
+        """Step to ``target``, s; say why it stopped, by the constants of `solver.lattice.time_stepping`.
+
+        A run that has taken ``max_steps`` stops before it touches anything, and can be advanced further as
+        if it had not stopped.
+        """
+        most, steps = np.iinfo(np.int64).max if max_steps is None else max_steps, self.progress.steps
+        while True:
+            # what velocities there are may be balanced at walls and move nothing, for ever
+            if steps[0] % LULL_STEPS == 0 and steps[0] > self.lull.steps[0] and self._lulled():
+                return AT_REST
+            outcome = self._advance(target, min(most, (int(steps[0]) // LULL_STEPS + 1) * LULL_STEPS))
+            if outcome != OUT_OF_STEPS or steps[0] >= most:
+                return outcome
+
+    def _lulled(self) -> bool:
+        """Whether nothing has changed since the run was last looked at; otherwise remember how it is."""
+        points = self.scene.points
+        h = self.state[0]
+        volumes = points.cell_area * h
+        (x, y), ((x_min, _), (y_min, _)) = points.coordinates, points.extent
+        moments = np.array([float((volumes * q).sum()) for q in (h, x - x_min, y - y_min)])
+        small = LULL * (self.volume + self.ledger.sum())
+        same = bool((np.abs(moments - self.lull.moments) <= LULL * moments).all())
+        same &= bool((np.abs(self.ledger - self.lull.ledger) <= small).all())
+        if not same:
+            self.lull.steps[0] = self.progress.steps[0]
+            self.lull.moments[:], self.lull.ledger[:] = moments, self.ledger
+        return same
+
+    @abstractmethod
+    def _advance(self, target: float, max_steps: int) -> int: ...
+
+    @abstractmethod
+    def rehearse(self, piece: int) -> None:
+        """Call one of the `PIECES` kernels that take longest to compile, if there are; no step may follow."""
+
+    def settle(self) -> None:
+        """Stop what little still moves in a run at rest."""
+        self.now.u[:] = self.now.v[:] = 0.0
+
+    @property
+    def time(self) -> float:
+        """Time reached, s."""
+        return float(self.progress.time[0])
+
+    @property
+    def ledger(self) -> Array:
+        """Volumes that came in and left through each side of the domain, shape (4, 2), m3."""
+        return self.progress.ledger
+
+    @property
+    def carried(self) -> dict[str, NDArray[Any]]:
+        """The arrays themselves, by name, that a step takes over from the one before."""
+        return by_name(now=self.now, record=self.record, progress=self.progress, lull=self.lull)
+
+    def restore(self, carried: Carried) -> None:
+        """Set a run made from the same scene to where these arrays were taken.
+
+        Raises
+        ------
+        ValueError
+            If they are of another kind of run, or of other points.
+        """
+        put_back(self.carried, carried)
+
+    @property
+    @abstractmethod
+    def state(self) -> tuple[Array, Array, Array]:
+        """Depth (m) and velocity (m s-1), copies of the shape of the points."""
+
+    @property
+    @abstractmethod
+    def volume(self) -> float:
+        """Volume in the domain, m3."""
+
+    @property
+    @abstractmethod
+    def maxima(self) -> Record:
+        """Maxima over the steps, of the shape of the points."""
+
+    @property
+    @abstractmethod
+    def place(self) -> tuple[float, float]:
+        """Where a value was not finite, x and y in m; NaN if none was."""
+
+
+def by_name(**groups: Any) -> dict[str, NDArray[Any]]:
+    """Give the arrays of named tuples, and of named tuples within them, by ``group.field``."""
+    found: dict[str, NDArray[Any]] = {}
+    for name, group in groups.items():
+        for key, value in group._asdict().items():
+            found |= (
+                by_name(**{f"{name}.{key}": value}) if isinstance(value, tuple) else {f"{name}.{key}": value}
+            )
+    return found
+
+
+def put_back(own: Carried, carried: Carried) -> None:
+    """Copy carried arrays into a run's own.
+
+    Raises
+    ------
+    ValueError
+        If they are of another kind of run, or of other points.
+    """
+    if own.keys() != carried.keys() or any(own[name].shape != carried[name].shape for name in own):
+        raise ValueError("the snapshot is of another kind of run or of other points")
+    for name, array in own.items():
+        array[...] = carried[name]
+
+
+def state_of(scene: Scene) -> tuple[Array, Array, Array]:
+    """Give initial depth (m) and velocity (m s-1), double precision arrays of the shape of the points.
+
+    Raises
+    ------
+    ValueError
+        If an array has another shape, a value is not finite or a depth negative.
+    """
+    h, u, v = (np.asarray(a, dtype=np.float64) for a in (scene.depth, scene.velocity_x, scene.velocity_y))
+    for array in (h, u, v):
+        if array.shape != scene.points.shape:
+            raise ValueError(
+                f"initial arrays must have the points' shape {scene.points.shape}, not {array.shape}"
+            )
+        if not np.isfinite(array).all():
+            raise ValueError("initial arrays must be finite")
+    if (h < 0).any():
+        raise ValueError("initial depth must not be negative")
+    return h, u, v
+
+
+def sides_of(scene: Scene) -> Sides:
+    """Give the sides of a scene to the kernels.
+
+    Raises
+    ------
+    ValueError
+        If a side is neither a kind nor a depth.
+    """
+    bounds, friction = scene.boundaries, scene.friction
+    given = (bounds.x_min, bounds.x_max, bounds.y_min, bounds.y_max)
+    for side in given:
+        if side not in KINDS and (isinstance(side, str) or not 0 <= side < np.inf):
+            raise ValueError(f"a side must be one of {', '.join(KINDS)} or a depth, not {side!r}")
+    along, normal = gravity_along_and_normal(scene, np.array(scene.points.x), np.full(2, scene.points.y[0]))
+    lean = np.sign(along) * np.maximum(0.0, np.abs(along) - friction.tangent * normal)
+    return Sides(
+        np.array([KINDS[s] if isinstance(s, str) else DEPTH for s in given]),
+        np.array([0.0 if isinstance(s, str) else float(s) for s in given]),
+        np.array([*lean, 0.0, 0.0]),
+    )
+
+
+def gravity_along_and_normal(scene: Scene, x: Array, y: Array) -> tuple[Array, Array]:
+    """Give g sin xi and g cos xi, m s-2, at places x, y of one shape, m.
+
+    Raises
+    ------
+    ValueError
+        If the bed has a lateral slope.
+    """
+    if np.any(scene.terrain.lateral_slope(x, y)):
+        raise ValueError("the solver needs a bed without lateral slope")
+    xi = scene.terrain.inclination(x, y)
+    return scene.gravity * np.sin(xi), scene.gravity * np.cos(xi)
+
+
+def falling_rate(scene: Scene, x: Array, y: Array, widths: Array | float) -> Array:
+    """Rate, s-1, whose step lets gravity alone, friction taken off, move nothing farther than waves may go.
+
+    The wave rate of a film at rest is next to nothing, and its first step would be as long as the slope.
+
+    Parameters
+    ----------
+    x, y : array
+        Places, m.
+    widths : array or float
+        Rate along x of a speed of 1 m s-1 in the cells there, m-1.
+    """
+    along, normal = gravity_along_and_normal(scene, x, y)
+    free = np.maximum(0.0, np.abs(along) - scene.friction.tangent * normal)
+    return np.asarray(np.sqrt(scene.scheme.cfl * free * widths))
+
+
+def material_of(scene: Scene, depth: Array, sides: Sides) -> Material:
+    """Give friction, earth pressure and wet limit to the kernels; ``depth`` is the initial one, m."""
+    friction = scene.friction
+    drag = scene.gravity / friction.turbulent_friction if isinstance(friction, Voellmy) else 0.0
+    dry = scene.scheme.wet_limit * max(depth.max(), sides.depth.max())
+    return Material(friction.tangent, drag, scene.earth_pressure.coefficients(), float(dry))

@@ -1,0 +1,86 @@
+import signal
+import time
+from functools import partial
+from types import SimpleNamespace
+
+import numba
+import pytest
+from stub_solvers import lasting
+
+from pipeline.batch import compilation
+from pipeline.batch.compilation import compile_once, head_start
+from pipeline.batch.interrupts import Interrupts
+from solver.cloud.blocks import spread_blocks
+from solver.cloud.residual import cloud_stage
+from solver.cloud.status import classify_cloud
+from solver.cloud.time_stepping import advance_cloud
+from solver.lattice.residual import stage
+from solver.lattice.status import classify
+from solver.lattice.time_stepping import advance
+from solver.run import PIECES
+from solver.simulation import compile_kernels, not_compiled
+
+
+def fail():
+    raise OSError("no room for compiled kernels")
+
+
+def test_compiling_is_said_once_and_loading_is_not(cluster, monkeypatch):
+    told = []
+    compile_once(cluster, told.append, Interrupts(), partial(time.sleep, 0.01))
+    assert told == []
+    monkeypatch.setattr(compilation, "LOADING_SECONDS", 0.1)
+    compile_once(cluster, told.append, Interrupts(), partial(time.sleep, 0.5))
+    assert told == ["compiling the solver (once after installing or upgrading)"]
+
+
+def test_an_interrupt_does_not_wait_for_it(cluster):
+    began = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        compile_once(cluster, print, Interrupts(asked=True), partial(time.sleep, 2))
+    assert time.monotonic() - began < 1
+
+
+def test_what_goes_wrong_is_left_to_the_runs(cluster):
+    compile_once(cluster, print, Interrupts(), fail)
+
+
+def test_the_pieces_compiled_ahead_are_what_a_step_calls():
+    kernels = (classify, stage, classify_cloud, spread_blocks, cloud_stage)
+    for piece in range(PIECES):
+        compile_kernels(["lattice", "cloud"], piece)
+    before = [list(each.signatures) for each in kernels]
+    assert all(before)
+    compile_kernels(["lattice", "cloud"])
+    # compiled anew, a step looks for what it calls
+    for step in (advance, advance_cloud):
+        numba.njit(step.py_func).compile(step.signatures[0])
+    assert [list(each.signatures) for each in kernels] == before
+
+
+def test_nothing_is_compiled_ahead_that_is_on_disk():
+    compile_kernels(["lattice"])
+    assert not_compiled(["lattice"]) == []
+    with head_start(["lattice"]) as processes:
+        assert processes == []
+
+
+def test_what_is_compiled_ahead_ends_with_the_batch(monkeypatch):
+    monkeypatch.setattr(compilation, "not_compiled", lambda kinds: list(kinds))
+    monkeypatch.setattr(compilation, "compile_kernels", lasting)
+    monkeypatch.setattr(compilation, "CPU_COUNT", PIECES)
+    with head_start(["lattice"]) as processes:
+        assert [process.is_alive() for process in processes] == [True] * PIECES
+    for process in processes:
+        process.join(10)
+        assert process.exitcode == -signal.SIGTERM
+    monkeypatch.setattr(compilation, "CPU_COUNT", 1)
+    with head_start(["lattice"]) as processes:
+        assert processes == []
+
+
+def test_what_is_compiled_ahead_is_waited_for(cluster):
+    began = time.monotonic()
+    ahead = SimpleNamespace(is_alive=lambda: time.monotonic() - began < 0.3)
+    compile_once(cluster, print, Interrupts(), partial(time.sleep, 0), [ahead])
+    assert time.monotonic() - began >= 0.3

@@ -1,0 +1,267 @@
+import json
+import shutil
+import subprocess
+import sys
+
+import numpy as np
+import pyogrio.raw
+import pytest
+import rasterio
+import shapely
+import xarray as xr
+from PIL import Image
+
+from pipeline.assess.ensemble import ensemble
+from pipeline.assess.georeference import Frame, GeoreferenceError, frame, north_up
+from pipeline.hazard import geo_files
+from pipeline.hazard.layers import layers
+from pipeline.hazard.map_files import WITHOUT_GEO, write_maps
+from pipeline.hazard.mapping import hazard, read, write
+from pipeline.hazard.pictures import LEVEL_COLOURS, draw, round_below
+from pipeline.settings.hazard import Georeference, Hazard
+
+X, Y = np.arange(0.0, 1201, 5), np.arange(-150.0, 151, 5)
+SLOPE = 20.0
+GROUND = Georeference(crs="EPSG:2056", origin=(2_700_000, 1_200_000), azimuth=120)
+ORIGIN = np.array(GROUND.origin)
+
+
+def place(s, y, azimuth=GROUND.azimuth):
+    """Go from the origin downslope and to the left."""
+    down = np.array([np.sin(np.radians(azimuth)), np.cos(np.radians(azimuth))])
+    return ORIGIN + s * down + y * np.array([-down[1], down[0]])
+
+
+def made(status=(1, 1, 1, 1), ground=GROUND):
+    """Map four runs that reach 300, 500, 700 and 900 m along a plane, within 60 m of its middle."""
+    reach = np.array([300, 500, 700, 900])[:, None, None]
+    wet = (reach >= X) & (np.abs(Y)[:, None] <= 60)
+    dims = ("run", "y", "x")
+    runs = xr.Dataset(
+        {
+            "max_depth": (dims, np.where(wet, 1.5, 0).astype(np.float32)),
+            "max_speed": (dims, np.where(wet, 2.0, 0).astype(np.float32)),
+            "arrival_time": (dims, np.where(wet, X / 10, np.nan).astype(np.float32)),
+            "status": ("run", np.array(status, np.int8)),
+        },
+        coords={
+            "x": X,
+            "y": Y,
+            "elevation": ("x", 800 - np.sin(np.radians(SLOPE)) * X),
+            "horizontal_distance": ("x", np.cos(np.radians(SLOPE)) * X),
+            "return_period": ("run", [30.0, 100.0, 300.0, 1000.0]),
+        },
+        attrs={"title": "plane"},
+    )
+    text = "" if ground is None else ground.model_dump_json()
+    found = hazard(ensemble(runs), Hazard(depth=(1.0,), speed=(), quantiles=(0.5,)))
+    return found.assign_attrs(title="plane", georeference=text)
+
+
+def few(found):
+    """Keep the maps of arrival."""
+    return found[[name for name in found if name.startswith("arrival")]]
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory):
+    """Maps of a plane where one of four runs failed, with all files."""
+    folder = tmp_path_factory.mktemp("maps")
+    found = read(write(made((1, 1, 1, 2)), folder))
+    assert {path.name for path in write_maps(found, folder, pytest.fail)} < {
+        path.name for path in folder.iterdir()
+    }
+    return folder, found
+
+
+class TestTheFrame:
+    @pytest.mark.parametrize("azimuth", [0, 37, 90, 120, 200, 300])
+    def test_takes_horizontal_distance_and_grows_to_the_left(self, azimuth):
+        ground = GROUND.model_copy(update={"azimuth": azimuth})
+        laid = frame(made(ground=None), ground)
+        x = np.array([0.0, 600.0, 601.0])
+        found = np.stack(laid.on_map(x, np.array([0.0, 50.0, -50.0])), axis=1)
+        s = x * np.cos(np.radians(SLOPE))
+        expected = [place(s[0], 0, azimuth), place(s[1], 50, azimuth), place(s[2], -50, azimuth)]
+        np.testing.assert_allclose(found, expected, atol=1e-6)
+
+    def test_finds_its_points_again(self):
+        laid = frame(made(ground=None), GROUND)
+        x, y = np.meshgrid(X, Y)
+        row, column, inside = laid.indices(*laid.on_map(x, y))
+        assert inside.all()
+        np.testing.assert_allclose(row, np.broadcast_to(np.arange(len(Y))[:, None], x.shape), atol=1e-6)
+        np.testing.assert_allclose(column, np.broadcast_to(np.arange(len(X)), x.shape), atol=1e-6)
+
+    def test_refuses_profiles_that_differ_between_runs(self):
+        with pytest.raises(GeoreferenceError, match="differs between the runs"):
+            frame(made().drop_vars("horizontal_distance"), GROUND)
+
+
+class TestTheGridNorthUp:
+    def test_reproduces_what_is_linear_and_is_missing_outside(self):
+        laid = Frame(GROUND, X, X * 0.9, Y)
+        x, y = np.meshgrid(X, Y)
+        field = (0.3 * x - 0.7 * y).astype(np.float32)
+        classes = (x > 600).astype(np.int8)
+        given = xr.Dataset({"field": (("y", "x"), field), "class": (("y", "x"), classes)}, {"x": X, "y": Y})
+        grid = north_up(given, laid)
+        assert (np.diff(grid["y"]) == -5).all()
+        assert (np.diff(grid["x"]) == 5).all()
+        east, north = np.meshgrid(grid["x"] - ORIGIN[0], grid["y"] - ORIGIN[1])
+        (de, dn), _ = place(1, 0) - ORIGIN, None
+        s, across = east * de + north * dn, north * de - east * dn
+        inner = (s >= 0) & (s <= 0.9 * X[-1]) & (np.abs(across) <= 150)
+        outer = (s < -2.26) | (s > 0.9 * X[-1] + 2.26) | (np.abs(across) > 152.51)
+        np.testing.assert_allclose(grid["field"].values[inner], (s / 3 - 0.7 * across)[inner], atol=2e-3)
+        assert np.isnan(grid["field"].values[outer]).all()
+        assert (grid["class"].values[outer] == -1).all()
+        assert (grid["class"].values[inner & (s > 545)] == 1).all()
+        assert (grid["class"].values[inner & (s < 535)] == 0).all()
+
+
+class TestTheGeoTiff:
+    def test_is_cloud_optimised_north_up_and_says_its_runs(self, written):
+        folder, _ = written
+        with rasterio.open(folder / "depth_above_1.tif") as opened:
+            assert opened.crs.to_epsg() == 2056
+            assert opened.tags(ns="IMAGE_STRUCTURE")["LAYOUT"] == "COG"
+            assert opened.overviews(1)
+            assert opened.transform.a == -opened.transform.e == 5
+            assert (opened.transform.b, opened.transform.d) == (0, 0)
+            assert opened.descriptions == ("estimate", "lower bound", "upper bound")
+            assert opened.tags()["comment"] == "3 of 4 runs done (1 failed)"
+            assert opened.tags()["units"] == "1"
+            assert np.isnan(opened.nodata)
+
+    def test_has_the_values_at_their_places(self, written):
+        folder, _ = written
+        along = [200, 400, 600, 800, 1000]
+        at = [place(x * np.cos(np.radians(SLOPE)), 20) for x in along]
+        with rasterio.open(folder / "depth_above_1.tif") as opened:
+            found = np.array(list(opened.sample(at)))
+            beyond = np.array(list(opened.sample([place(400, 180), place(-50, 0)])))
+        expected = [[1, 0.75, 1], [2 / 3, 0.5, 0.75], [1 / 3, 0.25, 0.5], [0, 0, 0.25], [0, 0, 0.25]]
+        np.testing.assert_allclose(found, expected, atol=1e-6)
+        assert np.isnan(beyond).all()
+
+    def test_has_classes_as_whole_numbers(self, written):
+        folder, _ = written
+        with rasterio.open(folder / "intensity.tif") as opened:
+            assert (opened.dtypes[0], opened.nodata) == ("int8", -1)
+            assert set(np.unique(opened.read(2))) == {-1, 0, 3}
+
+
+def test_the_netcdf_has_a_grid_mapping(written):
+    folder, _ = written
+    with xr.open_dataset(folder / geo_files.MAP, decode_coords="all") as opened:
+        assert opened["spatial_ref"].attrs["projected_crs_name"] == "CH1903+ / LV95"
+        assert opened["depth_exceedance"].encoding["grid_mapping"] == "spatial_ref"
+        assert opened["x"].attrs["standard_name"] == "projection_x_coordinate"
+        assert opened["y"].values[0] > opened["y"].values[-1]
+        at = place(400 * np.cos(np.radians(SLOPE)), 20)
+        found = opened["depth_exceedance"].sel(x=at[0], y=at[1], method="nearest")
+        assert found.item() == pytest.approx(2 / 3, abs=1e-6)
+
+
+@pytest.mark.skipif(shutil.which("ncdump") is None, reason="ncdump is not installed (netcdf-bin)")
+def test_ncdump_reads_the_grid_mapping(written):
+    command = ["ncdump", "-h", written[0] / geo_files.MAP]
+    shown = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    assert 'depth_exceedance:grid_mapping = "spatial_ref" ;' in shown
+    assert 'spatial_ref:grid_mapping_name = "oblique_mercator" ;' in shown
+
+
+class TestOutlines:
+    def test_are_read_with_their_reference_system_and_runs(self, written):
+        path = written[0] / geo_files.OUTLINES
+        about, _, shapes, columns = pyogrio.raw.read(path)
+        assert about["crs"] == "EPSG:2056"
+        rows = [dict(zip(about["fields"], row, strict=True)) for row in zip(*columns, strict=True)]
+        kinds = {(row["share"], row["bound"]) for row in rows}
+        assert {(0.5, "estimate"), (0.5, "lower bound"), (0.5, "upper bound")} <= kinds
+        assert {(row["runs_done"], row["runs_planned"], row["threshold"]) for row in rows} == {(3, 4, 1.0)}
+        (half,) = (
+            shapely.from_wkb(shape)
+            for shape, row in zip(shapes, rows, strict=True)
+            if (row["share"], row["bound"]) == (0.5, "estimate")
+        )
+        flat = np.cos(np.radians(SLOPE))
+        assert half.contains(shapely.Point(place(480 * flat, 0)))
+        assert not half.contains(shapely.Point(place(520 * flat, 0)))
+        # between two points of the lattice at most
+        assert 500 * flat * 120 < half.area < 505 * flat * 130
+
+    def test_have_the_area_of_a_rectangle_and_of_a_hole(self):
+        laid = Frame(GROUND, X, X * 0.5, Y)
+        falling = np.broadcast_to(1 - X / X[-1], (len(Y), len(X)))
+        shape = geo_files.outline(xr.DataArray(falling, dims=("y", "x")), 0.5, laid)
+        assert shape.area == pytest.approx(0.5 * 600 * 300, rel=1e-9)
+        hollow = np.abs(X[:, None] - 600).T * 0 + np.hypot(X - 600, Y[:, None]) / 1000
+        shape = geo_files.outline(xr.DataArray(hollow, dims=("y", "x")), 0.1, Frame(GROUND, X, X, Y))
+        assert len(shape.geoms[0].interiors) == 1
+        assert shape.area == pytest.approx(1200 * 300 - np.pi * 100**2, rel=1e-3)
+
+    def test_of_nothing_are_empty(self):
+        nothing = xr.DataArray(np.zeros((len(Y), len(X))), dims=("y", "x"))
+        assert geo_files.outline(nothing, 0.1, Frame(GROUND, X, X, Y)).is_empty
+
+
+class TestPictures:
+    def test_there_is_one_a_map(self, written):
+        folder, found = written
+        names = {layer.name for layer in layers(found)}
+        assert names == {
+            *("depth_above_1", "depth_quantile_0.5", "speed_quantile_0.5"),
+            *("arrival_share", "arrival_time", "intensity", "hazard_level"),
+        }
+        for name in names:
+            with Image.open(folder / f"{name}.png") as picture:
+                colours = picture.convert("RGB").getcolors(1 << 24)
+            assert len(colours) > 30, f"{name} is empty"
+
+    def test_levels_have_their_colours(self, written):
+        with Image.open(written[0] / "hazard_level.png") as picture:
+            counts = {colour: count for count, colour in picture.convert("RGB").getcolors(1 << 24)}
+        red, yellow = (tuple(bytes.fromhex(LEVEL_COLOURS[i][1:])) for i in (3, 1))
+        assert counts[red] > 20 * counts.get(yellow, 0) > 0
+
+    def test_mark_receptors(self, tmp_path):
+        found = few(made())
+        places = {"point": [700, 100], "line": None, "polygon": None}
+        road = {"point": None, "line": [[500, -150], [500, 150]], "polygon": None}
+        named = [{"name": "house", **places}, {"name": "road", **road}]
+        (layer, *_) = layers(found)
+        plain, marked = (
+            np.asarray(Image.open(draw(layer, found.assign_attrs(receptors=text), None, path)).convert("RGB"))
+            for text, path in ((json.dumps(named), tmp_path / "a.png"), ("[]", tmp_path / "b.png"))
+        )
+        assert plain.shape == marked.shape
+        changed = np.flatnonzero((plain != marked).any(axis=(0, 2)))
+        assert changed.size > 20
+
+    def test_work_without_a_georeference_and_without_any_run(self, tmp_path):
+        paths = write_maps(few(made((2, 2, 0, 0), ground=None)), tmp_path, pytest.fail)
+        assert [path.name for path in paths] == ["arrival_share.png", "arrival_time.png"]
+
+    def test_are_all_there_is_without_the_extra(self, tmp_path, monkeypatch):
+        for name in ("rasterio", "rasterio.crs", "rioxarray"):
+            monkeypatch.setitem(sys.modules, name, None)
+        told: list[str] = []
+        paths = write_maps(few(made()), tmp_path, told.append)
+        assert {path.suffix for path in paths} == {".png"}
+        assert told == [WITHOUT_GEO]
+
+
+@pytest.mark.parametrize(
+    ("crs", "word"), [("EPSG:4326", "projected reference system with metres"), ("EPSG:1", "is not known")]
+)
+def test_a_reference_system_without_metres_is_refused(tmp_path, crs, word):
+    wrong = made(ground=GROUND.model_copy(update={"crs": crs}))
+    with pytest.raises(GeoreferenceError, match=word):
+        write_maps(wrong, tmp_path, pytest.fail)
+
+
+@pytest.mark.parametrize(("value", "expected"), [(240, 200), (0.07, 0.05), (1, 1), (19.9, 10), (5e5, 5e5)])
+def test_a_scale_bar_has_a_round_length(value, expected):
+    assert round_below(value) == pytest.approx(expected)

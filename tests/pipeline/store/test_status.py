@@ -1,0 +1,118 @@
+import subprocess
+import sys
+from functools import partial
+from pathlib import Path
+
+import pytest
+from batches import run
+from commands import pipeline
+from stub_solvers import FAILS, OVERRUNS, by_friction
+
+from pipeline.batch.driver import ChangedError
+from pipeline.store import provenance, zarr_store
+from pipeline.store.place import holder
+from pipeline.store.provenance import code
+
+
+@pytest.fixture
+def done(scenario_file, out, log, shared_workers):
+    """Do a batch; gives its place."""
+
+    def do(*angles, name="box", **options):
+        run(out, scenario_file(*angles, name=name), solve=partial(by_friction, log=log), **options)
+        return out
+
+    return do
+
+
+def test_it_counts_the_runs_of_each_scenario_and_says_what_made_them(done):
+    out = done(20, FAILS, OVERRUNS, 21)
+    done(22, name="second")
+    (out / "box.zarr" / "status" / "c" / "3").unlink()
+    (out / "foreign.zarr").mkdir()
+    lines = pipeline("status", out).stdout.splitlines()
+    assert lines[0] == "box: 4 runs: 1 pending, 1 done, 1 failed, 1 done but overrun"
+    assert lines[2] == "second: 1 run: 0 pending, 1 done, 0 failed, 0 done but overrun"
+    for line, name in ((lines[1], "box"), (lines[3], "second")):
+        scenario = zarr_store.attributes(out / f"{name}.zarr")["scenario_hash"][:12]
+        solver = provenance.made_by()["solver_hash"][:12]
+        assert line == f"  scenario {scenario}, made by lmls 0.1.0, solver {solver}"
+    assert lines[4:] == ["nobody is at it"]
+
+
+def test_it_names_who_holds_the_place_and_does_not_hinder_them(done):
+    out = done(20)
+    code = "import sys, time; from pathlib import Path; from pipeline.store.place import held\n"
+    code += "with held(Path(sys.argv[1])): print('held', flush=True); time.sleep(60)"
+    with subprocess.Popen([sys.executable, "-c", code, out], stdout=subprocess.PIPE) as process:
+        process.stdout.readline()
+        assert (
+            pipeline("status", out).stdout.splitlines()[-1].startswith(f"in use by process {process.pid} on ")
+        )
+        process.kill()
+    assert holder(out) is None
+    assert pipeline("status", out).stdout.splitlines()[-1] == "nobody is at it"
+
+
+def test_it_writes_nothing_and_refuses_a_place_without_results(done, tmp_path):
+    out = done(20)
+    (out / ".lock").unlink()
+    before = {path: path.stat().st_mtime_ns for path in out.rglob("*")}
+    assert pipeline("status", out).exit_code == 0
+    assert {path: path.stat().st_mtime_ns for path in out.rglob("*")} == before
+    assert pipeline("status", tmp_path / "nowhere").exit_code == 2
+
+
+def test_a_store_of_another_solver_is_told_and_refused(done, scenario_file, monkeypatch):
+    out = done(20)
+    other = provenance.made_by() | {"solver_hash": "f" * 64, "numpy_version": "1.0"}
+    monkeypatch.setattr(provenance, "made_by", lambda: other)
+    found = provenance.differences(zarr_store.attributes(out / "box.zarr"))
+    assert [line.split(":")[0] for line in found] == ["solver", "NumPy"]
+    assert found[0].endswith("is ffffffffffff")
+    assert f"another one here: {', '.join(found)}" in pipeline("status", out).stdout
+    result = pipeline("run", scenario_file(20), "--out", out)
+    assert result.exit_code == 2
+    assert "made by something else: solver: was" in result.stderr
+    assert "--overwrite" in result.stderr
+    with pytest.raises(ChangedError, match=r"NumPy: was .*, is 1\.0"):
+        done(20)
+    done(20, overwrite=True)
+    assert zarr_store.attributes(out / "box.zarr")["numpy_version"] == "1.0"
+
+
+def test_words_about_the_solver_are_no_part_of_it():
+    plain = 'x = 1\ndef f(a):\n    return a + "b"\n'
+    worded = '"""Words."""\nx = 1  # one\n\n\ndef f(a):\n    """More."""\n    # why\n    return a + "b"\n'
+    assert code(plain) == code(worded)
+    assert code(plain) != code(plain.replace("1", "2"))
+    assert code(plain) != code(plain.replace('"b"', '"c"'))
+
+
+def test_the_solver_hash_that_is_kept_is_the_one_that_was_found(monkeypatch):
+    found = provenance._solver_hash()
+    for kept in (Path(provenance.__file__).parent / "__pycache__").glob("solver-*"):
+        kept.unlink(missing_ok=True)
+    assert provenance._solver_hash() == found
+
+    def never(source):
+        raise AssertionError("went through the code again")
+
+    monkeypatch.setattr(provenance, "code", never)
+    assert provenance._solver_hash() == found
+
+
+def test_where_nothing_can_be_kept_the_solver_hash_is_found_each_time(monkeypatch):
+    found = provenance._solver_hash()
+
+    def refused(*given, **named):
+        raise PermissionError("read-only")
+
+    for method in ("read_text", "write_bytes"):
+        real = getattr(Path, method)
+        monkeypatch.setattr(
+            Path,
+            method,
+            lambda path, *a, real=real, **n: (refused if "solver-" in path.name else real)(path, *a, **n),
+        )
+    assert provenance._solver_hash() == found

@@ -1,0 +1,140 @@
+"""The stress harness: what it draws, what it checks, and the scenes that once broke a law."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from root import ROOT
+from scenes import SCENES, all_sides, scene
+
+from pipeline.studies.stress.campaign import is_repeated, perform, shrunk
+from pipeline.studies.stress.repeats import repeat
+from pipeline.studies.stress.scenes import LAYOUTS, Drawn, draw, prepared, read
+from pipeline.studies.stress.shrink import shrink
+from pipeline.studies.stress.watch import Watched, watch
+from solver.checks.invariants import Check, Laws, State, state_of_run
+from solver.physics.friction import Coulomb
+from solver.physics.terrain import Plane
+from solver.simulation import begin
+
+SMALL = 1e5
+ONCE_BROKEN = sorted((ROOT / "scenarios" / "stress").glob("*.yaml"))
+
+
+def test_the_same_seed_and_number_draw_the_same_scene():
+    assert draw(1, 7).text == draw(1, 7).text
+    assert draw(1, 7).text != draw(2, 7).text
+    assert {draw(1, k).labels["points"] for k in range(120)} == set(LAYOUTS)
+    assert 0.05 < np.mean([is_repeated(1, k) for k in range(400)]) < 0.15
+
+
+def test_a_drawn_scene_is_a_scenario_file(tmp_path):
+    drawn = next(d for d in (draw(1, k) for k in range(50)) if d.points is not None)
+    again = read(drawn.write(tmp_path))
+    np.testing.assert_array_equal(again.points, drawn.points)
+    one, two = prepared(drawn).scene, prepared(again).scene
+    np.testing.assert_array_equal(one.depth, two.depth)
+    assert one.friction == two.friction
+
+
+@settings(max_examples=60, deadline=None, derandomize=True, database=None)
+@given(st.integers(0, 100_000))
+def test_a_random_scene_keeps_the_laws_of_the_conservative_form(number):
+    row = perform(draw(5, number), False, SMALL)
+    assert not row.conservative or not row.broken, row.drawn.text
+
+
+@pytest.mark.parametrize("file", ONCE_BROKEN, ids=lambda path: path.stem)
+def test_a_scene_that_once_broke_a_law_keeps_them_all(file):
+    ready = prepared(read(file))
+    assert watch(ready.scene, float(ready.times[-1]), 2e6).violations == {}
+
+
+@pytest.mark.parametrize("number", [1, 8])
+def test_repeating_a_scene_gives_the_same(number):
+    checks = repeat(draw(1, number))
+    assert len(checks) >= 3
+    assert [check for check in checks if not check.kept] == []
+
+
+def start(case):
+    run = begin(case, 1.0, 0.0, True)
+    state = state_of_run(run)
+    return Laws(case, state, 1 / case.points.dx + 1 / case.points.dy), state
+
+
+def broken(checks):
+    return {check.law for check in checks if not check.kept}
+
+
+FLAT = scene(Plane(0), Coulomb(35), heaps=(((6, 0), 4, 0.5),), boundaries=all_sides("wall"))
+
+
+def changed(state, **arrays):
+    return state._replace(**arrays)
+
+
+def test_the_laws_see_what_breaks_them():
+    laws, state = start(SCENES["frictionless"][0])
+    assert broken(laws.of_state(state)) == set()
+    wet = state.h > 0.1
+    assert broken(laws.of_state(changed(state, h=np.where(wet, np.nan, 0)))) == {"values are finite"}
+    assert "depth is not negative" in broken(laws.of_state(changed(state, h=state.h - 1e-20)))
+    assert broken(laws.of_state(changed(state, h=state.h * (1 + 1e-11)))) == {"ledger of volume"}
+    film = (state.h > 0) & (state.h == state.h[state.h > 1e-3].min())
+    fast = changed(state, u=np.where(film, 60.0, state.u))
+    assert "speed has a source" in broken(laws.of_state(fast))
+    assert broken(laws.of_state(changed(state, u=state.u + 20.0))) >= {"kinetic energy has a source"}
+
+
+def test_the_laws_of_a_step_see_what_breaks_them():
+    laws, state = start(FLAT)
+    later = changed(state, time=0.1)
+    assert broken(laws.of_step(state, later, False)) == set()
+    assert broken(laws.of_step(state, changed(state, time=1e-6), False)) == {"no film sets the step"}
+    assert broken(laws.of_step(state, changed(state, time=1e-6), True)) == set()
+    assert "what friction holds stays" in broken(
+        laws.of_step(state, changed(later, h=state.h + 1e-16), False)
+    )
+    assert "energy grows by gravity's work" in broken(
+        laws.of_step(state, changed(later, u=state.u + 9.0), False)
+    )
+    assert broken(laws.of_end(1e9, False)) == {"comes to rest"}
+    assert broken(laws.of_end(1e9, True)) == broken(laws.of_end(0.1, False)) == set()
+
+
+def test_a_failing_scene_is_shrunk_to_what_fails():
+    whole = next(d for d in (draw(1, k) for k in range(200)) if len(d.data["release"]) > 2)
+    wanted = whole.data["release"][1]
+    small = shrink(whole, lambda drawn: wanted["height"] in [r["height"] for r in drawn.data["release"]])
+    assert len(small.data["release"]) == 1
+    assert small.data["terrain"]["profile"] == "plane"
+    assert set(small.data["boundaries"].values()) == {"open"}
+
+
+def test_a_shrunk_scene_can_be_run(monkeypatch, tmp_path):
+    """Whatever runs breaks a law here, so that nothing but what can be run bounds how small it gets."""
+    found = Watched()
+    found.note([Check("speed has a source", 2.0, 1.5)], 0.1)
+    monkeypatch.setattr("pipeline.studies.stress.campaign.watch", lambda *_, **__: found)
+    row = perform(draw(1, 830), False)
+    small = shrunk(row)
+    assert small.points.size < row.drawn.points.size / 4
+    again = read(small.write(tmp_path))
+    assert len(again.data["release"]) == 1
+
+
+def test_an_error_is_told_as_a_broken_law(monkeypatch):
+    def fail(*_):
+        raise RuntimeError("no such thing")
+
+    monkeypatch.setattr("pipeline.studies.stress.campaign.watch", fail)
+    assert "no such thing" in perform(draw(1, 1), False).broken["no error"]
+
+
+def test_a_check_of_what_is_not_a_number_is_not_kept():
+    assert not Check("", float("nan"), 1.0).kept
+    assert isinstance(start(FLAT)[1], State)
+    assert isinstance(replace(draw(1, 1), name="other"), Drawn)
