@@ -1,4 +1,4 @@
-"""What all runs of a scheme on the same points share, made once."""
+"""The three forms of the method: which one a scene asks for, its operators and its run."""
 
 from __future__ import annotations
 
@@ -7,10 +7,14 @@ from typing import Literal
 
 from solver.cloud.operators import CloudOperators
 from solver.cloud.operators import prepare as prepare_cloud
+from solver.cloud.run import CloudRun
 from solver.collocation.operators import CollocationOperators, prepare_collocation
+from solver.collocation.run import CollocationRun
+from solver.lattice.run import LatticeRun
 from solver.points.cloud import PointCloud
 from solver.points.lattice import Lattice
-from solver.scene import Collocation, Scheme
+from solver.run import Run
+from solver.scene import Collocation, Scene, Scheme
 
 Operators = CloudOperators | CollocationOperators
 Kind = Literal["lattice", "cloud", "collocation"]
@@ -47,3 +51,14 @@ def prepare(points: Lattice | PointCloud, scheme: Scheme) -> Operators | None:
     if isinstance(points, Lattice):
         return None
     return prepare_cloud(points, scheme.support, scheme.degree, scheme.weight_shape)
+
+
+def begin(scene: Scene, end: float, arrival_depth: float, skip: bool) -> Run:
+    """Make the run that a scene's points and scheme ask for."""
+    match kind_of(scene.points, scene.scheme):
+        case "lattice":
+            return LatticeRun(scene, end, arrival_depth, whole=not skip)
+        case "cloud":
+            return CloudRun(scene, end, arrival_depth)
+        case "collocation":
+            return CollocationRun(scene, end, arrival_depth)

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Literal, Protocol
 
 from solver.arrays import Array
-from solver.cloud.operators import CloudOperators
-from solver.collocation.operators import CollocationOperators, DerivativeName
 from solver.physics.earth_pressure import EarthPressure, Isotropic
 from solver.physics.friction import Coulomb, Voellmy
 from solver.physics.terrain import Terrain
 from solver.points.cloud import PointCloud
 from solver.points.lattice import Lattice
 
+DerivativeName = Literal["full", "diffuse"]
 Side = Literal["open", "wall", "no-slip"] | float
 
 
@@ -101,6 +100,28 @@ class Collocation:
 Scheme = WeightedResidual | Collocation
 
 
+class Operators(Protocol):
+    """What all runs of a scheme on the same points share, made once by `solver.forms.prepare`.
+
+    Its properties are the choices of the scheme that they were made by.
+    """
+
+    @property
+    def support(self) -> int:
+        """Points of a support."""
+        ...
+
+    @property
+    def degree(self) -> int:
+        """Degree of the LMLS basis."""
+        ...
+
+    @property
+    def weight_shape(self) -> float:
+        """Shape parameter c of the weight function (eq. 18), dimensionless."""
+        ...
+
+
 @dataclass(frozen=True)
 class Scene:
     """One run: where, what, and by which laws.
@@ -121,4 +142,4 @@ class Scene:
     gravity: float = 9.81
     boundaries: Boundaries = field(default_factory=Boundaries)
     scheme: Scheme = field(default_factory=WeightedResidual)
-    operators: CloudOperators | CollocationOperators | None = None
+    operators: Operators | None = None

@@ -1,116 +1,21 @@
-"""The public face of the solver: a scene in, a result out."""
+"""A scene in, a result out: the loop over the output times of a run."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
-from typing import get_args
 
 import numpy as np
 
 from solver.arrays import Array
 from solver.checkpoint import Keeper, Watch
-from solver.cloud.run import CloudRun
-from solver.cloud.time_stepping import advance_cloud
-from solver.collocation.run import CollocationRun
-from solver.collocation.time_stepping import advance_collocation
-from solver.compiled import is_compiled
-from solver.forms import Kind, kind_of
+from solver.forms import begin
 from solver.kernels import runge_kutta
 from solver.kernels.state import OPEN
-from solver.lattice.run import LatticeRun
-from solver.lattice.time_stepping import advance
-from solver.physics.friction import Coulomb
-from solver.physics.terrain import Plane
-from solver.points.cloud import random_points
-from solver.points.lattice import Lattice
+from solver.result import REASONS, Failure, Ledger, Result
 from solver.run import Run
-from solver.scene import Boundaries, Collocation, Scene, WeightedResidual
+from solver.scene import Scene
 
-__all__ = [
-    "Boundaries",
-    "Collocation",
-    "Failure",
-    "Ledger",
-    "Result",
-    "Scene",
-    "WeightedResidual",
-    "begin",
-    "compile_kernels",
-    "simulate",
-]
-
-KINDS: tuple[Kind, ...] = get_args(Kind)
 FRAMES = ("depth", "velocity_x", "velocity_y")
-OUT_OF_TIME = "more time than allowed"
-REASONS = {
-    runge_kutta.OUT_OF_STEPS: "more steps than allowed",
-    runge_kutta.OUT_OF_TIME: OUT_OF_TIME,
-    runge_kutta.NOT_FINITE: "a value that is not finite",
-    runge_kutta.COLLAPSED: "the time step collapsed",
-}
-
-
-@dataclass(frozen=True)
-class Failure:
-    """Why a run ended early: reason, time (s) and place (x, y in m).
-
-    The place is that of the value that is not finite, otherwise that of the fastest waves for the size of the
-    cell, which set the time step; NaN where nothing flows.
-    """
-
-    reason: str
-    time: float
-    x: float
-    y: float
-
-
-@dataclass(frozen=True)
-class Ledger:
-    """Volumes in m3: released, in and out through all sides, now in the domain, out through open sides."""
-
-    released: float
-    inflow: float
-    outflow: float
-    now: float
-    outflow_open: float = 0.0
-
-    @property
-    def error(self) -> float:
-        """(now - released - inflow + outflow) / (released + inflow), dimensionless."""
-        total = self.released + self.inflow
-        return (self.now - total + self.outflow) / total if total > 0 else 0.0
-
-
-@dataclass(frozen=True)
-class Result:
-    """What a run gives; arrays are float64, a frame never computed is NaN.
-
-    times : (nt,) the frames asked for, s. depth (m), velocity_x, velocity_y (m s-1) : (nt, ny, nx) on a
-    lattice, (nt, n) on a cloud. max_depth (m), max_speed (m s-1), max_momentum_flux (h |u|^2, m3 s-2),
-    arrival_time (s, NaN where not reached) : (ny, nx) or (n,), over all time steps. deposit_depth : of the
-    same shape, the last good state, m.
-    time : of the last good state, s. rest_time : s, NaN if still moving. steps : time steps taken to
-    there. cell_stages : cells updated, summed over stages. wall_time, cpu_time : s, of the time loop.
-    """
-
-    times: Array
-    depth: Array
-    velocity_x: Array
-    velocity_y: Array
-    max_depth: Array
-    max_speed: Array
-    max_momentum_flux: Array
-    arrival_time: Array
-    deposit_depth: Array
-    ledger: Ledger
-    time: float
-    rest_time: float
-    steps: int
-    cell_stages: int
-    wall_time: float
-    cpu_time: float
-    failure: Failure | None
 
 
 def simulate(
@@ -215,17 +120,6 @@ def simulate(
     )
 
 
-def begin(scene: Scene, end: float, arrival_depth: float, skip: bool) -> Run:
-    """Make the run that a scene's points and scheme ask for."""
-    match kind_of(scene.points, scene.scheme):
-        case "lattice":
-            return LatticeRun(scene, end, arrival_depth, whole=not skip)
-        case "cloud":
-            return CloudRun(scene, end, arrival_depth)
-        case "collocation":
-            return CollocationRun(scene, end, arrival_depth)
-
-
 def fastest(run: Run) -> tuple[float, float]:
     """Place, x and y in m, of the fastest waves for the size of the cell; NaN where nothing is wet."""
     points, (h, u, v) = run.scene.points, run.state
@@ -236,30 +130,3 @@ def fastest(run: Run) -> tuple[float, float]:
     rate = np.where(wet, (np.hypot(u, v) + waves) / np.sqrt(points.cell_area), 0.0)
     x, y = (np.ravel(place)[np.argmax(rate)] for place in points.coordinates)
     return float(x), float(y)
-
-
-def not_compiled(kinds: Collection[Kind] = KINDS) -> list[Kind]:
-    """List those kinds of runs whose kernels are not on disk yet."""
-    last = {"lattice": advance, "cloud": advance_cloud, "collocation": advance_collocation}
-    return [kind for kind in kinds if not is_compiled(last[kind])]
-
-
-def compile_kernels(kinds: Collection[Kind] = KINDS, piece: int | None = None) -> None:
-    """Compile the kernels of some kinds of runs, or load them: half a minute a kind once, then a second.
-
-    Parameters
-    ----------
-    kinds : collection of Kind
-        Of lattice, cloud and collocation.
-    piece : int, optional
-        One of `solver.run.PIECES` that different processes may compile at the same time.
-    """
-    for kind in kinds:
-        points = random_points((0, 1), (0, 1), 60) if kind == "cloud" else Lattice((0, 1), (0, 1), 0.2)
-        flat = np.zeros(points.shape)
-        scheme = Collocation(support=9, degree=1) if kind == "collocation" else WeightedResidual()
-        scene = Scene(points, Plane(0.0), flat, flat, flat, Coulomb(0.0), scheme=scheme)
-        if piece is None:
-            simulate(scene, [0.0])
-        else:
-            begin(scene, 0.0, 0.0, True).rehearse(piece)

@@ -21,7 +21,7 @@ from pipeline.batch.interrupts import Interrupts
 from pipeline.batch.local_workers import deaf
 from solver.forms import Kind
 from solver.run import PIECES
-from solver.simulation import compile_kernels, not_compiled
+from solver.warmup import compile_kernels, not_compiled
 
 # Loading takes a second, compiling half a minute: what takes longer than this is compiling.
 LOADING_SECONDS = 3.0

@@ -36,7 +36,8 @@ from pipeline.store.storage import is_made, is_url
 from pipeline.store.variables import Status
 from solver.forms import Kind
 from solver.points.lattice import Lattice
-from solver.simulation import compile_kernels, simulate
+from solver.simulation import simulate
+from solver.warmup import compile_kernels
 
 Engine = Callable[[int], AbstractContextManager[Client]]
 

@@ -21,7 +21,8 @@ from pipeline.runs.template import profile_values
 from pipeline.store import zarr_store
 from pipeline.store.variables import COMPUTED, FIELDS, TIMINGS, Status, Variable
 from solver.checks.plausibility import doubts
-from solver.simulation import OUT_OF_TIME, Failure, Result, simulate
+from solver.result import OUT_OF_TIME, Failure, Result
+from solver.simulation import simulate
 
 Solve = Callable[..., Result]
 

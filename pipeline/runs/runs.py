@@ -17,10 +17,10 @@ from pipeline.scenario.scenario import Scenario
 from pipeline.scenario.sweep import Value, assign, coordinate_names, path_of
 from pipeline.settings.settings import OF_ALL_RUNS, GivenDepth, KindOfSide, Settings
 from solver.physics.terrain import SlopeProfile
-from solver.release.initial_state import lay
+from solver.release.initial_state import initial_state
 
 if TYPE_CHECKING:
-    from solver.simulation import Scene
+    from solver.scene import Scene
 
 DEFAULT_FRAMES = 10
 DEFAULT_THRESHOLD = 0.01
@@ -120,11 +120,11 @@ def build_scene(run: Run, shared: SharedPoints) -> Prepared:
     """Lay the release, build terrain and laws, and give the solver's scene of a run on the shared points."""
     # the solver's kernels take longer to import than a scenario to check
     from solver.forms import key
-    from solver.simulation import Boundaries, Scene
+    from solver.scene import Boundaries, Scene
 
     settings = run.settings
     points, scheme = shared.points, solver_objects.scheme(settings.scheme)
-    laid = lay([solver_objects.shape(release) for release in settings.releases], points)
+    laid = initial_state([solver_objects.shape(release) for release in settings.releases], points)
     terrain = solver_objects.slope(settings.terrain, run.table)
     sides = settings.boundaries
     scene = Scene(

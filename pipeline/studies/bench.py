@@ -20,7 +20,7 @@ from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
 from pipeline.studies.kernel_table import TABLES
 from pipeline.studies.ladders import FULL, QUICK, Plan, Row, climb, cost_at, ending, skipping
-from solver.simulation import compile_kernels
+from solver.warmup import compile_kernels
 
 # Relative L2 of depth at which costs are compared, and on which case.
 WANTED = (1e-2, 5e-3, 2e-3, 1e-3)

@@ -9,8 +9,8 @@ import numpy as np
 
 from solver.checks.invariants import LEDGER, SPEED, Laws, State
 from solver.points.lattice import Lattice
+from solver.result import Result
 from solver.scene import Collocation, Scene
-from solver.simulation import Result
 
 # Shares of the volume released and come in: what the collocation form may make or lose, what may lie below
 # a depth of zero, and what may be so thin at the end that it counts as dry.

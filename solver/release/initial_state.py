@@ -37,7 +37,7 @@ class Laid:
     volume_lost: float
 
 
-def lay(releases: Sequence[Release], points: Lattice | PointCloud) -> Laid:
+def initial_state(releases: Sequence[Release], points: Lattice | PointCloud) -> Laid:
     """Lay releases on points as cell averages; where they overlap depths add up.
 
     A release with a volume V is scaled by V/(V_cells + V_lost), V_cells what its averages hold and V_lost the

@@ -13,10 +13,11 @@ from solver.physics.friction import Coulomb
 from solver.physics.terrain import Bend, Plane
 from solver.points.cloud import PointCloud, random_points
 from solver.points.lattice import Lattice
-from solver.release.initial_state import lay
+from solver.release.initial_state import initial_state
 from solver.release.shapes import Box, Hemisphere, Paraboloid
+from solver.result import Result
 from solver.scene import Boundaries, Collocation, Scene, Scheme, WeightedResidual
-from solver.simulation import Result, simulate
+from solver.simulation import simulate
 from solver.verification import exact_solutions as exact
 from solver.verification.fine_solution import fine_solution
 
@@ -162,7 +163,9 @@ def cap(bed_friction: float = 0.0) -> Case:
     time = 5.0
 
     def scene(points: Points, scheme: Scheme) -> Scene:
-        laid = lay([Paraboloid((0.0, 0.0), (solution.radius, solution.radius), solution.height)], points)
+        laid = initial_state(
+            [Paraboloid((0.0, 0.0), (solution.radius, solution.radius), solution.height)], points
+        )
         return slide(
             points, laid.depth, laid.velocity_x, solution.angle, bed_friction, Boundaries(), scheme=scheme
         )
@@ -187,7 +190,7 @@ def dam_break(
     solution = exact.DamBreak(angle, bed_friction)
 
     def scene(points: Points, scheme: Scheme) -> Scene:
-        layer = lay([Box((bounds[0], 0.0), (0.0, WIDTH), solution.depth)], points)
+        layer = initial_state([Box((bounds[0], 0.0), (0.0, WIDTH), solution.depth)], points)
         sides = Boundaries(solution.depth, "open", "wall", "wall")
         return slide(points, layer.depth, layer.velocity_x, angle, bed_friction, sides, scheme=scheme)
 
@@ -200,7 +203,7 @@ def stoker() -> Case:
 
     def scene(points: Points, scheme: Scheme) -> Scene:
         layers = ((bounds[0], 0.0), solution.depth), ((0.0, bounds[1]), solution.ahead)
-        laid = lay([Box(x, (0.0, WIDTH), depth) for x, depth in layers], points)
+        laid = initial_state([Box(x, (0.0, WIDTH), depth) for x, depth in layers], points)
         return slide(points, laid.depth, laid.velocity_x, 0.0, 0.0, WALLED, scheme=scheme)
 
     return Case(bounds, (0.0, WIDTH), time, scene, along_the_bed(solution, time), filled=True)
@@ -221,7 +224,7 @@ def parabolic_cap() -> Case:
 
 def chute(points: Points, scheme: Scheme) -> Scene:
     """Lay out the paper's chute, section 4: linear transition, curvature, g = 1."""
-    laid = lay([Hemisphere((4.0, 0.0), 1.85)], points)
+    laid = initial_state([Hemisphere((4.0, 0.0), 1.85)], points)
     return Scene(
         points,
         Bend(35.0, 17.5, 21.5),

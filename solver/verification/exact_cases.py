@@ -11,10 +11,11 @@ from typing import Literal
 import numpy as np
 
 from solver.points.lattice import Lattice
-from solver.release.initial_state import lay
+from solver.release.initial_state import initial_state
 from solver.release.shapes import Box, Cylinder
+from solver.result import Result
 from solver.scene import Boundaries, Scheme
-from solver.simulation import Result, simulate
+from solver.simulation import simulate
 from solver.verification import exact_solutions as exact
 from solver.verification.cases import (
     CONSERVATIVE,
@@ -127,7 +128,7 @@ def column_collapse(aspect: float, kind: ColumnName, cells: int = 10) -> tuple[f
     shape: Cylinder | Box = Cylinder((0.0, 0.0), 1.0, aspect)
     if kind == "plane":
         shape = Box((-1.0, 1.0), (-spacing, ROWS * spacing), aspect)
-    laid = lay([shape], lattice)
+    laid = initial_state([shape], lattice)
     run = simulate(slide(lattice, laid.depth, laid.velocity_x, 0.0, LOOSE_SAND, WALLED), [1e3])
     away = np.hypot(x, y) if kind == "round" else np.abs(x)
     ends = (away[run.deposit_depth > share * aspect].max() for share in EDGES)

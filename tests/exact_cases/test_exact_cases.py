@@ -9,7 +9,8 @@ from solver.physics.earth_pressure import MohrCoulomb
 from solver.physics.friction import Coulomb, Voellmy
 from solver.physics.terrain import Plane
 from solver.points.lattice import Lattice
-from solver.simulation import Boundaries, Scene, simulate
+from solver.scene import Boundaries, Scene
+from solver.simulation import simulate
 from solver.verification import exact_cases
 from solver.verification import exact_solutions as exact
 from solver.verification.cases import CONSERVATIVE, WALLED, compare, dam_break, measure, relative_l2, slide

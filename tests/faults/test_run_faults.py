@@ -15,11 +15,12 @@ from pipeline.store.variables import Status
 from solver import simulation
 from solver.checks.invariants import Laws, state_of_run
 from solver.checks.plausibility import doubts, laws_of_speed
+from solver.forms import begin
 from solver.kernels.runge_kutta import NOT_FINITE, OUT_OF_STEPS
 from solver.physics.friction import Coulomb
 from solver.physics.terrain import Plane
 from solver.scene import Boundaries, WeightedResidual
-from solver.simulation import begin, simulate
+from solver.simulation import simulate
 
 TIMES = (0.0, 0.2, 0.4, 0.8)
 

@@ -12,9 +12,10 @@ from solver.physics.terrain import Plane
 from solver.points.cloud import PointCloud, given_points, graded_points, random_points
 from solver.points.lattice import Lattice
 from solver.points.spacing import Refinement
-from solver.release.initial_state import lay
+from solver.release.initial_state import initial_state
 from solver.release.shapes import Paraboloid
-from solver.simulation import Scene, simulate
+from solver.scene import Scene
+from solver.simulation import simulate
 from solver.verification import cases
 
 X, Y = (0.0, 30.0), (-7.0, 7.0)
@@ -36,7 +37,7 @@ def chute(points, **changes):
 
 def patch(cloud, centre):
     """A heap that slides on a plane, far from all sides."""
-    laid = lay([Paraboloid(centre, (3.0, 2.0), 1.0)], cloud)
+    laid = initial_state([Paraboloid(centre, (3.0, 2.0), 1.0)], cloud)
     state = laid.depth, laid.velocity_x, laid.velocity_y
     return Scene(cloud, Plane(32.0), *state, Coulomb(25.0), MohrCoulomb(35.0, 25.0))
 

@@ -6,7 +6,8 @@ from pipeline.studies.stability import ends
 from solver.lmls.gridding import gridding
 from solver.points.cloud import graded_points
 from solver.points.spacing import Refinement
-from solver.simulation import WeightedResidual, simulate
+from solver.scene import WeightedResidual
+from solver.simulation import simulate
 from solver.verification.cases import CHUTE, dam_break, measure
 
 TIMES, BODY = np.arange(3.0, 25.0, 3.0), 0.02

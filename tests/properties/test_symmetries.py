@@ -9,9 +9,10 @@ from solver.physics.earth_pressure import MohrCoulomb
 from solver.physics.friction import Coulomb, Voellmy
 from solver.physics.terrain import Plane
 from solver.points.lattice import Lattice
-from solver.release.initial_state import lay
+from solver.release.initial_state import initial_state
 from solver.release.shapes import Paraboloid
-from solver.simulation import Scene, simulate
+from solver.scene import Scene
+from solver.simulation import simulate
 from solver.verification import cases
 
 
@@ -22,7 +23,7 @@ def chute(spacing=0.25, **changes):
 def patch(centre, x=(0.0, 40.0), y=(-10.0, 10.0), terrain=None):
     """A heap that slides on a plane, far from all sides."""
     lattice = Lattice(x, y, 0.5)
-    laid = lay([Paraboloid(centre, (3.0, 2.0), 1.0)], lattice)
+    laid = initial_state([Paraboloid(centre, (3.0, 2.0), 1.0)], lattice)
     return Scene(
         lattice,
         terrain or Plane(32.0),

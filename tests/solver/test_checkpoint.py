@@ -3,9 +3,11 @@ import pytest
 from checkpoints import CASES, CLOUD, Memory, assert_same, other
 from scenes import scene
 
+from solver.forms import begin
 from solver.kernels.runge_kutta import OUT_OF_STEPS
 from solver.points.lattice import Lattice
-from solver.simulation import WeightedResidual, begin, simulate
+from solver.scene import WeightedResidual
+from solver.simulation import simulate
 
 
 def poison(run):

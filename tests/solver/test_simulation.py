@@ -7,7 +7,9 @@ from scenes import MIXED, SCENES, all_sides, scene
 from solver.physics.friction import Coulomb, Voellmy
 from solver.physics.terrain import Plane
 from solver.points.lattice import Lattice
-from solver.simulation import Boundaries, Ledger, Scene, WeightedResidual, simulate
+from solver.result import Ledger
+from solver.scene import Boundaries, Scene, WeightedResidual
+from solver.simulation import simulate
 
 CASE = scene()
 RESTING, _ = SCENES["coming to rest"]

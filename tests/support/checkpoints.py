@@ -11,7 +11,7 @@ from solver.physics.friction import Coulomb
 from solver.physics.terrain import Plane
 from solver.points.cloud import random_points
 from solver.points.lattice import Lattice
-from solver.simulation import Collocation, Scene, WeightedResidual
+from solver.scene import Collocation, Scene, WeightedResidual
 
 ARRAYS = (
     "depth",

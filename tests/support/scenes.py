@@ -8,7 +8,7 @@ from solver.physics.earth_pressure import MohrCoulomb
 from solver.physics.friction import Coulomb, Voellmy
 from solver.physics.terrain import Bend, Plane
 from solver.points.lattice import Lattice
-from solver.simulation import Boundaries, Scene, WeightedResidual
+from solver.scene import Boundaries, Scene, WeightedResidual
 
 LATTICE = Lattice((0, 12), (-4, 4), 0.5)
 

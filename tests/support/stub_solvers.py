@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 from zarr.storage import FsspecStore, LocalStore
 
-from solver.simulation import Failure, Ledger, Result, simulate
+from solver.result import Failure, Ledger, Result
+from solver.simulation import simulate
 
 SET = LocalStore.set, FsspecStore.set
 RAISES, KILLS, FAILS, OVERRUNS, HANGS, SWELLS = 11.0, 12.0, 13.0, 14.0, 15.0, 16.0

@@ -147,7 +147,7 @@ def campaign(
     rows: dict[int, Row] = {}
     began = perf_counter()
     with started(workers) as client:
-        from solver.simulation import compile_kernels
+        from solver.warmup import compile_kernels
 
         client.submit(compile_kernels, pure=False).result()
         futures = {}

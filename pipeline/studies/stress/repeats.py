@@ -9,12 +9,12 @@ import numpy as np
 
 from pipeline.studies.stress.scenes import Drawn, prepared
 from solver.checks.invariants import Check
+from solver.forms import begin
 from solver.physics.friction import Voellmy
 from solver.points.cloud import PointCloud
 from solver.points.lattice import Lattice
 from solver.run import Run
 from solver.scene import Boundaries, Scene
-from solver.simulation import begin
 
 # Steps that are repeated; what mirrors to round-off only is compared after fewer.
 STEPS, FEW_STEPS = 60, 10

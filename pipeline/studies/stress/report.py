@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from solver.kernels.runge_kutta import AT_REST, OUT_OF_STEPS, REACHED
-from solver.simulation import REASONS
+from solver.result import REASONS
 
 if TYPE_CHECKING:
     from pipeline.studies.stress.campaign import Row

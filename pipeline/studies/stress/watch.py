@@ -10,11 +10,12 @@ import numpy as np
 
 from solver.checks.invariants import Check, Laws, State, state_of_run
 from solver.cloud.run import CloudRun
+from solver.forms import begin
 from solver.kernels.runge_kutta import AT_REST, OUT_OF_STEPS, REACHED
 from solver.points.lattice import Lattice
+from solver.result import REASONS
 from solver.run import Run
 from solver.scene import Collocation, Scene
-from solver.simulation import REASONS, begin
 
 # Work of a scene, cells updated in a stage; a point of the collocation form costs ten cells.
 MOST_WORK = 2e6

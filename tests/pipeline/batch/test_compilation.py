@@ -18,7 +18,7 @@ from solver.lattice.residual import stage
 from solver.lattice.status import classify
 from solver.lattice.time_stepping import advance
 from solver.run import PIECES
-from solver.simulation import compile_kernels, not_compiled
+from solver.warmup import compile_kernels, not_compiled
 
 
 def fail():

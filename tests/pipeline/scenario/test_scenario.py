@@ -12,7 +12,7 @@ from pipeline.scenario import reference, solver_objects
 from pipeline.scenario.elevation_table import read
 from pipeline.scenario.scenario import differences, json_schema, load
 from pipeline.settings.settings import Settings
-from solver.simulation import Collocation, WeightedResidual
+from solver.scene import Collocation, WeightedResidual
 
 CATALOGUE = sorted(ROOT.glob("scenarios/*.yaml"))
 

@@ -15,9 +15,9 @@ from pipeline.studies.stress.scenes import LAYOUTS, Drawn, draw, prepared, read
 from pipeline.studies.stress.shrink import shrink
 from pipeline.studies.stress.watch import Watched, watch
 from solver.checks.invariants import Check, Laws, State, state_of_run
+from solver.forms import begin
 from solver.physics.friction import Coulomb
 from solver.physics.terrain import Plane
-from solver.simulation import begin
 
 SMALL = 1e5
 ONCE_BROKEN = sorted((ROOT / "scenarios" / "stress").glob("*.yaml"))

@@ -14,7 +14,8 @@ from solver.physics.terrain import Plane
 from solver.points.cloud import given_points, graded_points, random_points
 from solver.points.lattice import Lattice
 from solver.points.spacing import Refinement
-from solver.simulation import Boundaries, Scene, WeightedResidual, simulate
+from solver.scene import Boundaries, Scene, WeightedResidual
+from solver.simulation import simulate
 from solver.verification import exact_solutions as exact
 
 G = 9.81

@@ -11,7 +11,8 @@ from solver.physics.friction import Coulomb, Voellmy
 from solver.physics.terrain import Bend, Plane
 from solver.points.cloud import graded_points, random_points
 from solver.points.spacing import Refinement
-from solver.simulation import Boundaries, Scene, WeightedResidual, simulate
+from solver.scene import Boundaries, Scene, WeightedResidual
+from solver.simulation import simulate
 
 EVEN = random_points((0, 12), (-4, 4), 420, 5)
 GRADED = graded_points((0, 12), (-4, 4), 0.7, [Refinement((2, 5), (-1, 2), 0.3)], seed=4)

@@ -18,7 +18,8 @@ from solver.physics.friction import Coulomb, Voellmy
 from solver.physics.terrain import Bend, Plane
 from solver.points.cloud import random_points
 from solver.points.lattice import Lattice
-from solver.simulation import Boundaries, Collocation, Scene, WeightedResidual, simulate
+from solver.scene import Boundaries, Collocation, Scene, WeightedResidual
+from solver.simulation import simulate
 from solver.verification.cases import cap, chute, measure
 
 G = 9.81

@@ -11,7 +11,8 @@ from solver.lattice.ghosts import fill_ghosts
 from solver.physics.friction import Coulomb
 from solver.physics.terrain import Plane
 from solver.points.lattice import Lattice
-from solver.simulation import Boundaries, Scene, simulate
+from solver.scene import Boundaries, Scene
+from solver.simulation import simulate
 
 KINDS = {"open": OPEN, "wall": WALL, "no-slip": NO_SLIP}
 SIDES = [("open", "wall", "no-slip", 0.7), (0.2, "open", "wall", "no-slip"), ("no-slip", 0.4, 0.3, "open")]

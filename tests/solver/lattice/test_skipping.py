@@ -12,7 +12,9 @@ from solver.physics.earth_pressure import Isotropic, MohrCoulomb
 from solver.physics.friction import Coulomb, Voellmy
 from solver.physics.terrain import Bend
 from solver.points.lattice import Lattice
-from solver.simulation import Boundaries, Result, Scene, simulate
+from solver.result import Result
+from solver.scene import Boundaries, Scene
+from solver.simulation import simulate
 
 COSTS = {"wall_time", "cpu_time", "cell_stages"}
 

@@ -12,7 +12,8 @@ from solver.lattice.status import classify
 from solver.physics.earth_pressure import MohrCoulomb
 from solver.physics.friction import Coulomb
 from solver.physics.terrain import Plane
-from solver.simulation import Boundaries, simulate
+from solver.scene import Boundaries
+from solver.simulation import simulate
 
 PRESSURE = MohrCoulomb(40, 15)
 CASES = {name: case for name, (case, _) in SCENES.items()} | {

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scenes import LATTICE, SCENES, rough, scene
 
+from solver.forms import begin
 from solver.kernels.record import Record
 from solver.kernels.runge_kutta import (
     AT_REST,
@@ -20,7 +21,8 @@ from solver.physics.friction import Coulomb
 from solver.physics.terrain import Plane
 from solver.points.cloud import random_points
 from solver.points.lattice import Lattice
-from solver.simulation import Boundaries, Scene, WeightedResidual, begin, simulate
+from solver.scene import Boundaries, Scene, WeightedResidual
+from solver.simulation import simulate
 
 
 def rate(u):

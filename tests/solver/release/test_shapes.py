@@ -4,7 +4,7 @@ from scipy.integrate import dblquad
 
 from solver.points.cloud import random_points
 from solver.points.lattice import Lattice
-from solver.release.initial_state import lay
+from solver.release.initial_state import initial_state
 from solver.release.shapes import Box, Cap, Cylinder, Hemisphere, Paraboloid
 
 LATTICE = Lattice((0, 10), (-5, 5), 0.5)
@@ -24,7 +24,7 @@ def shape(request):
 
 
 def test_the_cells_hold_the_volume_of_the_shape(shape):
-    laid = lay([shape], LATTICE)
+    laid = initial_state([shape], LATTICE)
     assert laid.volume == pytest.approx(shape.shape_volume, rel=1e-5)
     assert laid.volume_asked == shape.shape_volume
     assert laid.volume_lost == 0
@@ -49,28 +49,30 @@ def test_a_cell_inside_a_shape_is_averaged_to_quadrature_accuracy(shape):
 
 @pytest.mark.parametrize("spacing", [0.5, 0.31, 0.2])
 def test_a_shape_centred_in_y_is_laid_mirror_symmetric_to_the_last_bit(shape, spacing):
-    depth = lay([shape], Lattice((0, 10), (-5, 5), spacing)).depth
+    depth = initial_state([shape], Lattice((0, 10), (-5, 5), spacing)).depth
     assert (depth == depth[::-1]).all()
     assert depth.min() == 0 < depth.max()
 
 
 def test_the_mirror_image_of_a_shape_is_laid_as_the_mirror_image():
-    right = lay([Cap((4, 1.3), 2, 0.5)], LATTICE).depth
-    left = lay([Cap((4, -1.3), 2, 0.5)], LATTICE).depth
+    right = initial_state([Cap((4, 1.3), 2, 0.5)], LATTICE).depth
+    left = initial_state([Cap((4, -1.3), 2, 0.5)], LATTICE).depth
     assert (right == left[::-1]).all()
 
 
 def test_a_shape_given_by_its_volume_is_scaled_to_it(shape):
     kind = {name: getattr(shape, name) for name in shape.__dataclass_fields__ if name not in ("volume",)}
     kind.pop("height" if isinstance(shape, Hemisphere) else "", None)
-    laid = lay([type(shape)(**kind, volume=3.0)], LATTICE)
+    laid = initial_state([type(shape)(**kind, volume=3.0)], LATTICE)
     assert laid.volume == pytest.approx(3.0, rel=1e-14)
     assert laid.volume_asked == 3.0
-    np.testing.assert_allclose(laid.depth, lay([shape], LATTICE).depth * 3 / shape.shape_volume, rtol=1e-5)
+    np.testing.assert_allclose(
+        laid.depth, initial_state([shape], LATTICE).depth * 3 / shape.shape_volume, rtol=1e-5
+    )
 
 
 def test_a_box_whose_edges_cut_cells_is_exact():
-    depth = lay([Box((1.1, 4.3), (-2.2, 2.0), 0.7)], LATTICE).depth
+    depth = initial_state([Box((1.1, 4.3), (-2.2, 2.0), 0.7)], LATTICE).depth
     assert depth[10, 5] == 0.7
     assert depth[10, 2] == pytest.approx(0.7 * (1.25 - 1.1) / 0.5, rel=1e-12)
     assert depth[10, 9] == pytest.approx(0.7 * (4.3 - 4.25) / 0.5, rel=1e-12)
@@ -80,13 +82,13 @@ def test_a_box_whose_edges_cut_cells_is_exact():
 
 def test_a_box_with_edges_on_cell_edges_leaves_nothing_in_the_next_cells():
     lattice = Lattice((0, 3), (-0.3, 0.3), 0.1)
-    depth = lay([Box((0.35, 1.25), (-0.15, 0.15), 1.0)], lattice).depth
+    depth = initial_state([Box((0.35, 1.25), (-0.15, 0.15), 1.0)], lattice).depth
     assert set(depth.ravel()) == {0.0, 1.0}
     assert depth.sum() == 9 * 3
 
 
 def test_a_box_to_the_bounds_is_continued_to_the_edges_of_the_outer_cells():
-    laid = lay([Box((0, 10), (-5, 5), 0.5, velocity=(0.3, 0.1))], LATTICE)
+    laid = initial_state([Box((0, 10), (-5, 5), 0.5, velocity=(0.3, 0.1))], LATTICE)
     assert set(laid.depth.ravel()) == {0.5}
     assert set(laid.velocity_x.ravel()) == {0.3}
     assert set(laid.velocity_y.ravel()) == {0.1}
@@ -95,10 +97,10 @@ def test_a_box_to_the_bounds_is_continued_to_the_edges_of_the_outer_cells():
 
 
 def test_what_lies_outside_the_cells_is_lost():
-    half = lay([Cylinder((-0.25, 0), 2, 1.0)], LATTICE)
+    half = initial_state([Cylinder((-0.25, 0), 2, 1.0)], LATTICE)
     assert half.volume == pytest.approx(2 * np.pi, rel=1e-4)
     assert half.volume_lost == pytest.approx(2 * np.pi, rel=1e-4)
-    box = lay([Box((8, 12), (-1, 1), 1.0, volume=16.0)], LATTICE)
+    box = initial_state([Box((8, 12), (-1, 1), 1.0, volume=16.0)], LATTICE)
     assert box.volume == pytest.approx(9.0)
     assert box.volume_lost == pytest.approx(7.0)
     assert box.volume_asked == 16
@@ -107,16 +109,16 @@ def test_what_lies_outside_the_cells_is_lost():
 @pytest.mark.parametrize("shape", [Box((11, 12), (-1, 1), 1), Cap((12, 7), 2.4, 1), Hemisphere((-9, 0), 2)])
 def test_a_release_wholly_outside_the_domain_is_refused(shape):
     with pytest.raises(ValueError, match="wholly outside"):
-        lay([SHAPES[0], shape], LATTICE)
+        initial_state([SHAPES[0], shape], LATTICE)
 
 
 def test_nothing_to_release_is_refused():
     with pytest.raises(ValueError, match="nothing"):
-        lay([], LATTICE)
+        initial_state([], LATTICE)
 
 
 def test_depths_add_up_and_velocities_are_weighted_by_depth():
-    laid = lay(
+    laid = initial_state(
         [Box((1, 4), (-2, 2), 1.0, velocity=(2, 0)), Box((3, 6), (-2, 2), 3.0, velocity=(0, 4))], LATTICE
     )
     assert laid.depth[10, [4, 7, 10, 15]].tolist() == [1, 4, 3, 0]
@@ -157,7 +159,7 @@ CLOUD = random_points((0, 10), (-5, 5), 700, seed=3)
 
 
 def test_a_cloud_holds_the_volume_of_a_shape_to_round_off(shape):
-    laid = lay([shape], CLOUD)
+    laid = initial_state([shape], CLOUD)
     assert laid.volume == pytest.approx(
         shape.shape_volume, rel=1e-11 if not hasattr(shape, "radius") else 1e-8
     )

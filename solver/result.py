@@ -1,0 +1,78 @@
+"""What a run gives: its frames, maxima, deposit, volume ledger and failure."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from solver.arrays import Array
+from solver.kernels import runge_kutta
+
+OUT_OF_TIME = "more time than allowed"
+REASONS = {
+    runge_kutta.OUT_OF_STEPS: "more steps than allowed",
+    runge_kutta.OUT_OF_TIME: OUT_OF_TIME,
+    runge_kutta.NOT_FINITE: "a value that is not finite",
+    runge_kutta.COLLAPSED: "the time step collapsed",
+}
+
+
+@dataclass(frozen=True)
+class Failure:
+    """Why a run ended early: reason, time (s) and place (x, y in m).
+
+    The place is that of the value that is not finite, otherwise that of the fastest waves for the size of the
+    cell, which set the time step; NaN where nothing flows.
+    """
+
+    reason: str
+    time: float
+    x: float
+    y: float
+
+
+@dataclass(frozen=True)
+class Ledger:
+    """Volumes in m3: released, in and out through all sides, now in the domain, out through open sides."""
+
+    released: float
+    inflow: float
+    outflow: float
+    now: float
+    outflow_open: float = 0.0
+
+    @property
+    def error(self) -> float:
+        """(now - released - inflow + outflow) / (released + inflow), dimensionless."""
+        total = self.released + self.inflow
+        return (self.now - total + self.outflow) / total if total > 0 else 0.0
+
+
+@dataclass(frozen=True)
+class Result:
+    """What a run gives; arrays are float64, a frame never computed is NaN.
+
+    times : (nt,) the frames asked for, s. depth (m), velocity_x, velocity_y (m s-1) : (nt, ny, nx) on a
+    lattice, (nt, n) on a cloud. max_depth (m), max_speed (m s-1), max_momentum_flux (h |u|^2, m3 s-2),
+    arrival_time (s, NaN where not reached) : (ny, nx) or (n,), over all time steps. deposit_depth : of the
+    same shape, the last good state, m.
+    time : of the last good state, s. rest_time : s, NaN if still moving. steps : time steps taken to
+    there. cell_stages : cells updated, summed over stages. wall_time, cpu_time : s, of the time loop.
+    """
+
+    times: Array
+    depth: Array
+    velocity_x: Array
+    velocity_y: Array
+    max_depth: Array
+    max_speed: Array
+    max_momentum_flux: Array
+    arrival_time: Array
+    deposit_depth: Array
+    ledger: Ledger
+    time: float
+    rest_time: float
+    steps: int
+    cell_stages: int
+    wall_time: float
+    cpu_time: float
+    failure: Failure | None

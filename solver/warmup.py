@@ -1,0 +1,49 @@
+"""Kernels compiled, or loaded, before any run."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from typing import get_args
+
+import numpy as np
+
+from solver.cloud.time_stepping import advance_cloud
+from solver.collocation.time_stepping import advance_collocation
+from solver.compiled import is_compiled
+from solver.forms import Kind, begin
+from solver.lattice.time_stepping import advance
+from solver.physics.friction import Coulomb
+from solver.physics.terrain import Plane
+from solver.points.cloud import random_points
+from solver.points.lattice import Lattice
+from solver.scene import Collocation, Scene, WeightedResidual
+from solver.simulation import simulate
+
+KINDS: tuple[Kind, ...] = get_args(Kind)
+
+
+def not_compiled(kinds: Collection[Kind] = KINDS) -> list[Kind]:
+    """List those kinds of runs whose kernels are not on disk yet."""
+    last = {"lattice": advance, "cloud": advance_cloud, "collocation": advance_collocation}
+    return [kind for kind in kinds if not is_compiled(last[kind])]
+
+
+def compile_kernels(kinds: Collection[Kind] = KINDS, piece: int | None = None) -> None:
+    """Compile the kernels of some kinds of runs, or load them: half a minute a kind once, then a second.
+
+    Parameters
+    ----------
+    kinds : collection of Kind
+        Of lattice, cloud and collocation.
+    piece : int, optional
+        One of `solver.run.PIECES` that different processes may compile at the same time.
+    """
+    for kind in kinds:
+        points = random_points((0, 1), (0, 1), 60) if kind == "cloud" else Lattice((0, 1), (0, 1), 0.2)
+        flat = np.zeros(points.shape)
+        scheme = Collocation(support=9, degree=1) if kind == "collocation" else WeightedResidual()
+        scene = Scene(points, Plane(0.0), flat, flat, flat, Coulomb(0.0), scheme=scheme)
+        if piece is None:
+            simulate(scene, [0.0])
+        else:
+            begin(scene, 0.0, 0.0, True).rehearse(piece)
