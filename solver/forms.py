@@ -11,10 +11,12 @@ from solver.cloud.run import CloudRun
 from solver.collocation.operators import CollocationOperators, prepare_collocation
 from solver.collocation.run import CollocationRun
 from solver.lattice.run import LatticeRun
+from solver.physics.elevation import Surface
 from solver.points.cloud import PointCloud
 from solver.points.lattice import Lattice
 from solver.run import Run
 from solver.scene import Collocation, Scene, Scheme
+from solver.surface.run import SurfaceRun
 
 Operators = CloudOperators | CollocationOperators
 Kind = Literal["lattice", "cloud", "collocation"]
@@ -55,6 +57,8 @@ def prepare(points: Lattice | PointCloud, scheme: Scheme) -> Operators | None:
 
 def begin(scene: Scene, end: float, arrival_depth: float, skip: bool) -> Run:
     """Make the run that a scene's points and scheme ask for."""
+    if isinstance(scene.terrain, Surface):
+        return SurfaceRun(scene, end, arrival_depth, whole=not skip)
     match kind_of(scene.points, scene.scheme):
         case "lattice":
             return LatticeRun(scene, end, arrival_depth, whole=not skip)

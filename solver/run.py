@@ -13,6 +13,7 @@ from solver.arrays import Array
 from solver.kernels.record import Record
 from solver.kernels.runge_kutta import AT_REST, OUT_OF_STEPS, Progress
 from solver.kernels.state import DEPTH, NO_SLIP, OPEN, WALL, Fields, Material, Sides
+from solver.physics.elevation import Surface
 from solver.physics.friction import Voellmy
 from solver.scene import Scene
 
@@ -93,7 +94,7 @@ class Run(ABC):
         """Whether nothing has changed since the run was last looked at; otherwise remember how it is."""
         points = self.scene.points
         h = self.state[0]
-        volumes = points.cell_area * h
+        volumes = self.cell_area * h
         (x, y), ((x_min, _), (y_min, _)) = points.coordinates, points.extent
         moments = np.array([float((volumes * q).sum()) for q in (h, x - x_min, y - y_min)])
         small = LULL * (self.volume + self.ledger.sum())
@@ -103,6 +104,11 @@ class Run(ABC):
             self.lull.steps[0] = self.progress.steps[0]
             self.lull.moments[:], self.lull.ledger[:] = moments, self.ledger
         return same
+
+    @property
+    def cell_area(self) -> Array | float:
+        """Areas of the cells, of the shape of the points or one number, m2."""
+        return self.scene.points.cell_area
 
     @abstractmethod
     def _advance(self, target: float, max_steps: int) -> int: ...
@@ -217,6 +223,10 @@ def sides_of(scene: Scene) -> Sides:
     """
     bounds, friction = scene.boundaries, scene.friction
     given = (bounds.x_min, bounds.x_max, bounds.y_min, bounds.y_max)
+    if isinstance(scene.terrain, Surface):
+        if given != ("open",) * 4:
+            raise ValueError("on a surface all sides are open")
+        return Sides(np.full(4, OPEN), np.zeros(4), np.zeros(4))
     for side in given:
         if side not in KINDS and (isinstance(side, str) or not 0 <= side < np.inf):
             raise ValueError(f"a side must be one of {', '.join(KINDS)} or a depth, not {side!r}")
@@ -237,9 +247,9 @@ def gravity_along_and_normal(scene: Scene, x: Array, y: Array) -> tuple[Array, A
     ValueError
         If the bed has a lateral slope.
     """
-    if np.any(scene.terrain.lateral_slope(x, y)):
+    if np.any(scene.profile.lateral_slope(x, y)):
         raise ValueError("the solver needs a bed without lateral slope")
-    xi = scene.terrain.inclination(x, y)
+    xi = scene.profile.inclination(x, y)
     return scene.gravity * np.sin(xi), scene.gravity * np.cos(xi)
 
 

@@ -7,6 +7,7 @@ from typing import Literal, Protocol
 
 from solver.arrays import Array
 from solver.physics.earth_pressure import EarthPressure, Isotropic
+from solver.physics.elevation import Surface
 from solver.physics.friction import Coulomb, Voellmy
 from solver.physics.terrain import Terrain
 from solver.points.cloud import PointCloud
@@ -133,7 +134,7 @@ class Scene:
     """
 
     points: Lattice | PointCloud
-    terrain: Terrain
+    terrain: Terrain | Surface
     depth: Array
     velocity_x: Array
     velocity_y: Array
@@ -143,3 +144,16 @@ class Scene:
     boundaries: Boundaries = field(default_factory=Boundaries)
     scheme: Scheme = field(default_factory=WeightedResidual)
     operators: Operators | None = None
+
+    @property
+    def profile(self) -> Terrain:
+        """The bed as a slope profile.
+
+        Raises
+        ------
+        ValueError
+            If it is a surface, which only the lattice takes.
+        """
+        if isinstance(self.terrain, Surface):
+            raise ValueError("only the weighted-residual form on a lattice takes a surface")
+        return self.terrain

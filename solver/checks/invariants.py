@@ -145,10 +145,10 @@ class Laws:
         self.area = np.broadcast_to(points.cell_area, points.shape)
         self.rates = np.broadcast_to(rates, points.shape)
         x = points.coordinates[0]
-        xi = scene.terrain.inclination(x)
+        xi = scene.profile.inclination(x)
         self.along, self.normal = scene.gravity * np.sin(xi), scene.gravity * np.cos(xi)
         self.hold = scene.friction.tangent * self.normal
-        self.plane = not scene.terrain.curvature(x).any() and float(np.ptp(xi)) == 0.0
+        self.plane = not scene.profile.curvature(x).any() and float(np.ptp(xi)) == 0.0
         heights, beds = (scene.gravity * z for z in elevations(scene.terrain, points))
         self.potential = beds - heights.min()
         # what leaves through a side in y leaves from no less than the lowest place
@@ -265,7 +265,7 @@ class Laws:
         points = self.scene.points
         if self.edges is None:
             self.edges = edges_of(points)
-        normal = float(np.cos(self.scene.terrain.inclination(points.coordinates[0])).max())
+        normal = float(np.cos(self.scene.profile.inclination(points.coordinates[0])).max())
         found = surely_held(
             state, self.edges, self.pressure * normal, self.along.ravel(), self.hold.ravel()
         ).reshape(points.shape)

@@ -66,7 +66,7 @@ class CloudRun(Run):
         x, y = (np.pad(a, (0, spare), mode="edge") for a in volumes.centroid.T)
         widths = operators.tables.widths
         falling = falling_rate(scene, x, y, widths[0])
-        bed = CloudBed(*gravity_along_and_normal(scene, x, y), scene.terrain.curvature(x, y), falling)
+        bed = CloudBed(*gravity_along_and_normal(scene, x, y), scene.profile.curvature(x, y), falling)
         self.bed = all_aligned(bed)
         load = np.concatenate([self.bed.normal, self.bed.normal[volumes.side_cell], np.ones(LANES)])
         active = PressureCoefficients(*self.material.pressure)

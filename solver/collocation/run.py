@@ -124,7 +124,7 @@ class CollocationRun(Run):
         x, y = (a.ravel() for a in scene.points.coordinates)
         bed = (
             *gravity_along_and_normal(scene, x, y),
-            scene.terrain.curvature(x, y),
+            scene.profile.curvature(x, y),
             falling_rate(scene, x, y, operators.stencils.reach[:, 0]),
         )
         self.bed = CloudBed(*(np.concatenate([a, a[operators.source]]) for a in bed))

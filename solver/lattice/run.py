@@ -72,17 +72,11 @@ class LatticeRun(Run):
         initial = state_of(scene)
         super().__init__(scene, initial[0], end, arrival_depth, indices=2)
         self.lattice = lattice
-        x = lattice.x_points
-        y = np.full_like(x, lattice.y_points.mean())
-        self.columns = Bed(
-            *gravity_along_and_normal(scene, x, y),
-            scene.terrain.curvature(x, y),
-            falling_rate(scene, x, y, 1.0 / lattice.dx),
-        )
+        self.columns = self._columns()
         dry = self.material.dry
         # what comes in through a side may come anywhere along it
         driven = (self.sides.kind == DEPTH) & (self.sides.depth > dry)
-        self.part = Part(lattice.shape) if whole else needed(initial, self.sides)
+        self.part = Part(lattice.shape) if whole else self._needed(initial)
         room = self.part.room
         self._make(room if whole or driven.any() else around(initial[0] > 0, room, LEAST_GROWTH))
         wet = initial[0][self.window.cut] > dry
@@ -94,6 +88,20 @@ class LatticeRun(Run):
                 self.spans.wet[:, j] = GHOSTS + np.argmax(row), GHOSTS + len(row) - np.argmax(row[::-1])
         self.rest_volume = scene.scheme.rest_share * self.volume / self.part.rows
         record_maxima(self.now, self.spans.wet, self.grid, dry, arrival_depth, self.record, self.progress)
+
+    def _columns(self) -> Bed:
+        """Bed of the columns of the whole lattice."""
+        x = self.lattice.x_points
+        y = np.full_like(x, self.lattice.y_points.mean())
+        return Bed(
+            *gravity_along_and_normal(self.scene, x, y),
+            self.scene.profile.curvature(x, y),
+            falling_rate(self.scene, x, y, 1.0 / self.lattice.dx),
+        )
+
+    def _needed(self, initial: tuple[Array, Array, Array]) -> Part:
+        """Part of the lattice that has to be computed: of a symmetric scene no more than it needs."""
+        return needed(initial, self.sides)
 
     def _make(self, window: Window) -> None:
         """Make the arrays of a window, dry and at rest."""

@@ -1,0 +1,165 @@
+"""Terrain as a surface: elevation over plan coordinates, as an elevation model gives it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solver.arrays import Array
+
+# Spacings that differ by less than this share are the same, and cells as far apart coincide.
+SAME = 1e-3
+
+
+@runtime_checkable
+class Surface(Protocol):
+    """What the solver asks of a surface; x are eastings and y northings, m."""
+
+    def corners(self, x: Array, y: Array) -> Array:
+        """Elevation at the crossings of the lines x (n + 1,) and y (m + 1,), shape (m + 1, n + 1), m."""
+        ...
+
+    def hessian(self, x: Array, y: Array) -> tuple[Array, Array, Array]:
+        """Give z_xx, z_xy, z_yy by which curvature loads friction, at x (n,) by y (m,), (m, n), m-1."""
+        ...
+
+    def gaps(self, x: Array, y: Array) -> NDArray[np.bool_]:
+        """Say where nothing is known of the surface, at the points x (n,) by y (m,), shape (m, n)."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class ElevationModel:
+    """A raster of elevations.
+
+    Parameters
+    ----------
+    x, y : array
+        Eastings (n,) and northings (m,) of the cell centres, evenly spaced and increasing, m.
+    elevation : array
+        Elevations, shape (m, n), m; NaN where there is no data.
+    curvature_length : float or None
+        Length over which elevations are averaged before their curvature is taken, m: the standard deviation
+        of the Gaussian weights is half of it. 0 takes the raw curvature, None leaves curvature out of the
+        load.
+
+    Raises
+    ------
+    ValueError
+        If shapes do not agree, coordinates are not even and increasing, cells are not square, or all is gap.
+    """
+
+    x: Array
+    y: Array
+    elevation: Array
+    curvature_length: float | None = 0.0
+
+    def __post_init__(self) -> None:
+        if self.elevation.shape != (len(self.y), len(self.x)) or min(self.elevation.shape) < 4:
+            raise ValueError("an elevation model needs 4 rows and columns or more, one value a cell")
+        for axis in (self.x, self.y):
+            steps = np.diff(axis)
+            if not (steps > 0).all() or np.ptp(steps) > SAME * steps.mean():
+                raise ValueError("coordinates of an elevation model must be even and increasing")
+        if abs(self.spacing - np.diff(self.y).mean()) > SAME * self.spacing:
+            raise ValueError("cells of an elevation model must be square")
+        if not np.isfinite(self.elevation).any():
+            raise ValueError("the elevation model holds no data")
+        if self.curvature_length is not None and not self.curvature_length >= 0:
+            raise ValueError("the curvature length must not be negative")
+
+    @property
+    def spacing(self) -> float:
+        """Side of a cell, m."""
+        return float(np.diff(self.x).mean())
+
+    @cached_property
+    def filled(self) -> Array:
+        """Elevations, shape (m, n), m; where there is no data that of the nearest cell which has some."""
+        from scipy.ndimage import distance_transform_edt
+
+        gap = ~np.isfinite(self.elevation)
+        if not gap.any():
+            return np.asarray(self.elevation, dtype=np.float64)
+        nearest = distance_transform_edt(gap, return_distances=False, return_indices=True)
+        return np.asarray(self.elevation[tuple(nearest)], dtype=np.float64)
+
+    def _at(self, x: Array, y: Array, values: Array, order: int) -> Array:
+        """Interpolate values of the cells at x (n,) by y (m,); beyond the outer cells goes on linearly."""
+        from scipy.ndimage import map_coordinates
+
+        pad = 3
+        columns, rows = (x - self.x[0]) / self.spacing, (y - self.y[0]) / self.spacing
+        if all(np.abs(a - np.rint(a)).max() < SAME for a in (columns, rows)):
+            # the cells themselves: mirror images agree to the last bit
+            return self._cells(np.rint(rows).astype(int), np.rint(columns).astype(int), values)
+        padded = np.pad(values, pad, mode="reflect", reflect_type="odd")
+        places = np.meshgrid(rows + pad, columns + pad, indexing="ij")
+        return np.asarray(map_coordinates(padded, places, order=order, mode="nearest"))
+
+    def corners(self, x: Array, y: Array) -> Array:
+        """Elevation at the crossings of x (n + 1,) and y (m + 1,), shape (m + 1, n + 1), m.
+
+        On cells of the same size each is the mean of the four around it, which suits noise best. On smaller
+        cells it is interpolated by cubic splines, on larger ones elevations are averaged over a cell first.
+        """
+        ratio = float(np.diff(x).mean()) / self.spacing
+        if ratio < 1 - SAME:
+            return self._at(x, y, self.filled, 3)
+        if ratio > 1 + SAME:
+            return self._at(x, y, self._averaged(ratio / 2), 1)
+        half = self.spacing / 2
+        south, north = (
+            self._at(x - half, at, self.filled, 1) + self._at(x + half, at, self.filled, 1)
+            for at in (y - half, y + half)
+        )
+        return 0.25 * (south + north)
+
+    def _cells(self, rows: NDArray[np.int64], columns: NDArray[np.int64], values: Array) -> Array:
+        """Values of whole rows (m,) and columns (n,) of cells, those of the outer ones beyond them."""
+        inside = np.ix_(rows.clip(0, len(self.y) - 1), columns.clip(0, len(self.x) - 1))
+        return np.asarray(values[inside], dtype=np.float64)
+
+    def _averaged(self, deviation: float) -> Array:
+        """Average elevations by Gaussian weights; deviation : in cells."""
+        from scipy.ndimage import gaussian_filter
+
+        return np.asarray(gaussian_filter(self.filled, deviation, mode="nearest"))
+
+    def hessian(self, x: Array, y: Array) -> tuple[Array, Array, Array]:
+        """Second derivatives of the averaged elevation, three of shape (m, n), m-1; 0 without curvature."""
+        if self.curvature_length is None:
+            nothing = np.zeros((len(y), len(x)))
+            return nothing, nothing, nothing
+        deviation = self.curvature_length / 2 / self.spacing
+        z = self._averaged(deviation) if deviation > 0 else self.filled
+        # slopes as cells between corners have them, the means of four elevations
+        z_x, z_y = (np.gradient(_smoothed(z, axis=1 - axis), self.spacing, axis=axis) for axis in (1, 0))
+        z_xx, z_yy = np.gradient(z_x, self.spacing, axis=1), np.gradient(z_y, self.spacing, axis=0)
+        z_xy = 0.5 * (np.gradient(z_x, self.spacing, axis=0) + np.gradient(z_y, self.spacing, axis=1))
+        return self._at(x, y, z_xx, 1), self._at(x, y, z_xy, 1), self._at(x, y, z_yy, 1)
+
+    def gaps(self, x: Array, y: Array) -> NDArray[np.bool_]:
+        """Say where there is no data, or the raster has ended, at x (n,) by y (m,), shape (m, n)."""
+        columns = np.rint((x - self.x[0]) / self.spacing).astype(int)
+        rows = np.rint((y - self.y[0]) / self.spacing).astype(int)
+        inside = ((rows >= 0) & (rows < len(self.y)))[:, None] & ((columns >= 0) & (columns < len(self.x)))
+        known = np.isfinite(self.elevation)[rows.clip(0, len(self.y) - 1)][
+            :, columns.clip(0, len(self.x) - 1)
+        ]
+        return np.asarray(~(inside & known))
+
+
+def _smoothed(values: Array, axis: int) -> Array:
+    """Weigh values along an axis by 1/4, 1/2, 1/4 with their neighbours."""
+    low, high = (np.roll(values, step, axis) for step in (1, -1))
+    smooth = 0.25 * (low + high) + 0.5 * values
+    ends = [slice(None)] * values.ndim
+    for end in (0, -1):
+        ends[axis] = end  # type: ignore[call-overload]
+        smooth[tuple(ends)] = values[tuple(ends)]
+    return np.asarray(smooth)

@@ -1,0 +1,171 @@
+"""Cells lifted on to a surface: their frames, areas and gravity, and the frames of the edges between them.
+
+A cell of the lattice in plan becomes a quadrilateral through its four corners. Its velocity is a tangent
+vector with two components in the frame of the cell: ``e1`` lies over the direction x, and ``e2 = n x e1``.
+At an edge both cells show their velocity along and across the common edge, each in its own plane. That is
+what one finds by unfolding the two planes about the edge, which is parallel transport: the momentum balance
+needs no curvature, and transport makes no energy.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solver.arrays import Array
+from solver.physics.elevation import Surface
+
+
+class EdgeFrames(NamedTuple):
+    """Edges between a cell and the next one, each array flat, at the index of the cell on the low side.
+
+    length : m. c_low, s_low, c_high, s_high : components of the unit conormal, which points to the high side,
+    in the frame of the cell on either side. The tangent has the components (-s, c).
+    """
+
+    length: Array
+    c_low: Array
+    s_low: Array
+    c_high: Array
+    s_high: Array
+
+
+class Metric(NamedTuple):
+    """What the kernels know of the surface, flat arrays of the padded lattice.
+
+    per_area : m-2. g_1, g_2, g_n : gravity along e1 and e2 and normal to the bed, m s-2.
+    k_11, k_12, k_22 : normal curvature, m-1, positive in hollows. p, r, q : the slope of depth in the cell's
+    frame is ``(p h_x, r h_x + q h_y)`` with the derivatives in plan. falling : wave rate that gives the
+    longest step from rest, s-1. drain : 1 + number of the side that takes what reaches the cell, 0 for none.
+    x_edges, y_edges : edges to the next cell along x and y.
+    """
+
+    per_area: Array
+    g_1: Array
+    g_2: Array
+    g_n: Array
+    k_11: Array
+    k_12: Array
+    k_22: Array
+    p: Array
+    r: Array
+    q: Array
+    falling: Array
+    drain: NDArray[np.int8]
+    x_edges: EdgeFrames
+    y_edges: EdgeFrames
+
+
+def lifted_area(corners: Array, spacing: float) -> Array:
+    """Areas of the cells between corners of shape (m + 1, n + 1), (m, n), m2."""
+    b_x, b_y = plan_slopes(corners, spacing)
+    return np.asarray(spacing * spacing * np.sqrt(1.0 + (b_x * b_x + b_y * b_y)))
+
+
+def plan_slopes(corners: Array, spacing: float) -> tuple[Array, Array]:
+    """Give the derivatives of elevation in plan, means over the cells, two of shape (m, n)."""
+    south_west, south_east, north_west, north_east = (
+        corners[:-1, :-1],
+        corners[:-1, 1:],
+        corners[1:, :-1],
+        corners[1:, 1:],
+    )
+    b_x = ((north_east + south_east) - (north_west + south_west)) / (2 * spacing)
+    b_y = ((north_west + north_east) - (south_west + south_east)) / (2 * spacing)
+    return b_x, b_y
+
+
+def metric_of(
+    surface: Surface,
+    x: Array,
+    y: Array,
+    spacing: float,
+    drain: NDArray[np.int8],
+    gravity: float,
+    tangent: float,
+    cfl: float,
+) -> Metric:
+    """Lift the cells around the points x (n,) by y (m,), ghosts included, on to a surface.
+
+    Parameters
+    ----------
+    surface : Surface
+        The bed.
+    x, y : array
+        Points of the lattice in plan, m.
+    spacing : float
+        Side of a cell in plan, m.
+    drain : (m, n) array
+        1 + number of the side that takes what reaches a cell, 0 for none.
+    gravity : float
+        Gravitational acceleration, m s-2.
+    tangent, cfl : float
+        tan(delta), and the Courant number: what bounds the first step from rest.
+    """
+    edges_x, edges_y = (np.append(a - spacing / 2, a[-1] + spacing / 2) for a in (x, y))
+    z = surface.corners(edges_x, edges_y)
+    b_x, b_y = plan_slopes(z, spacing)
+    w = np.sqrt(1.0 + (b_x * b_x + b_y * b_y))
+    level = np.sqrt(1.0 + b_x * b_x)
+    normal = np.stack([-b_x / w, -b_y / w, 1.0 / w])
+    e_1 = np.stack([1.0 / level, np.zeros_like(b_x), b_x / level])
+    e_2 = np.stack([-b_x * b_y / (w * level), level / w, b_y / (w * level)])
+    area = spacing * spacing * w
+    g_1, g_2, g_n = -gravity * e_1[2], -gravity * e_2[2], gravity / w
+    z_xx, z_xy, z_yy = surface.hessian(x, y)
+
+    def bend(a: Array, b: Array) -> Array:
+        return np.asarray((a[0] * (z_xx * b[0] + z_xy * b[1]) + a[1] * (z_xy * b[0] + z_yy * b[1])) / w)
+
+    excess = np.maximum(0.0, np.hypot(g_1, g_2) - g_n * tangent)
+    falling = np.sqrt(cfl * excess / spacing).ravel()
+    drop = z[1:, 1:-1] - z[:-1, 1:-1]
+    along_y = np.stack([np.zeros_like(drop), np.full_like(drop, spacing), drop])
+    drop = z[1:-1, :-1] - z[1:-1, 1:]
+    along_x = np.stack([np.full_like(drop, -spacing), np.zeros_like(drop), drop])
+    frames = normal, e_1, e_2
+    x_edges = _edge_frames(along_y, *([f[:, :, k] for f in frames] for k in (slice(-1), slice(1, None))))
+    y_edges = _edge_frames(along_x, *([f[:, k] for f in frames] for k in (slice(-1), slice(1, None))))
+    shape = b_x.shape
+    return Metric(
+        per_area=_flat(1.0 / area),
+        g_1=_flat(g_1),
+        g_2=_flat(g_2),
+        g_n=_flat(g_n),
+        k_11=_flat(bend(e_1, e_1)),
+        k_12=_flat(bend(e_1, e_2)),
+        k_22=_flat(bend(e_2, e_2)),
+        p=_flat(1.0 / level),
+        r=_flat(e_2[0]),
+        q=_flat(level / w),
+        falling=falling,
+        drain=drain.ravel(),
+        x_edges=_padded(x_edges, (spacing, 1, 0, 1, 0), shape),
+        y_edges=_padded(y_edges, (spacing, 0, 1, 0, 1), shape),
+    )
+
+
+def _flat(values: Array) -> Array:
+    return np.ascontiguousarray(values).ravel()
+
+
+def _edge_frames(edge: Array, low: list[Array], high: list[Array]) -> list[Array]:
+    """Lengths of edges (3, m, n), and their conormals in the frames of the cells on both sides."""
+    length = np.sqrt((edge * edge).sum(0))
+    found = [length]
+    for normal, e_1, e_2 in (low, high):
+        along = edge / length
+        along = along - (along * normal).sum(0) * normal
+        along = along / np.sqrt((along * along).sum(0))
+        found += [(along * e_2).sum(0), -(along * e_1).sum(0)]
+    return found
+
+
+def _padded(edges: list[Array], fills: tuple[float, ...], shape: tuple[int, int]) -> EdgeFrames:
+    """Give edges between cells the number of the cell on their low side; ``fills`` where there is none."""
+    laid = [np.full(shape, float(fill)) for fill in fills]
+    for full, values in zip(laid, edges, strict=True):
+        full[: values.shape[0], : values.shape[1]] = values
+    return EdgeFrames(*(full.ravel() for full in laid))

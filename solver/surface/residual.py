@@ -1,0 +1,270 @@
+"""The weighted-residual form on a surface: one Runge-Kutta stage on cells lifted on to the bed.
+
+The scheme of `solver.lattice.residual` with fluxes times the lengths of edges, and momentum turned into the
+frame of each cell:
+
+    A dh/dt = - sum over edges of +-M,
+    A d(hu)/dt = - sum over edges of +-R (F_n, F_t) +- g_n P nu + A (g_1, g_2) h.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from solver.arrays import Array, Indices
+from solver.compiled import ONE, kernel
+from solver.kernels.riemann import hll
+from solver.kernels.source_terms import braked, drag_row, loaded
+from solver.kernels.state import HELD, LANES, SPARE, FaceValues, Fields, Fluxes, Grid, Material, whole
+from solver.lattice.spans import hull
+from solver.surface.metric import Metric
+from solver.surface.reconstruction import edge_values
+
+# Rows held in the ring of fluxes.
+RING = 4
+
+
+class Buffers(NamedTuple):
+    """Scratch rows, reused by every stage.
+
+    along, across : face values of one row along x, and of two rows along y.
+    x_fluxes, y_fluxes : ring of rows; the edge with the index of a cell is the one before it along x, and the
+    one after it along y.
+    keep : ring of rows of the share of its outflow that a cell keeps to.
+    """
+
+    along: FaceValues
+    across: FaceValues
+    x_fluxes: Fluxes
+    y_fluxes: Fluxes
+    keep: Array
+
+
+@kernel(unaliased=True)
+def lengthen(fluxes: Fluxes, at: int, length: Array, cell: int, count: int) -> None:
+    """Multiply fluxes by the lengths of their edges, m; the first edge is that of a cell on its low side."""
+    for k in range(count):
+        f, edge = np.uint64(at) + np.uint64(k), length[np.uint64(cell) + np.uint64(k)]
+        fluxes.mass[f] *= edge
+        fluxes.normal[f] *= edge
+        fluxes.tangential[f] *= edge
+        fluxes.pressure[f] *= edge
+
+
+@kernel(unaliased=True)
+def outflow_limits(
+    h: Array,
+    per_area: Array,
+    cell: int,
+    count: int,
+    x_mass: Array,
+    west: int,
+    y_mass: Array,
+    south: int,
+    north: int,
+    dt: float,
+    keep: Array,
+    to: int,
+) -> bool:
+    """Share of its outflow that each cell of a row keeps to in dt (s) so that its depth stays positive.
+
+    Returns
+    -------
+    bool
+        True if some cell cannot lose all of it; only then ``keep`` is filled, from index ``to`` on.
+    """
+    short = 0
+    for k in range(count):
+        i = np.uint64(k)
+        w, e = x_mass[np.uint64(west) + i], x_mass[np.uint64(west + 1) + i]
+        s, n = y_mass[np.uint64(south) + i], y_mass[np.uint64(north) + i]
+        out_x = (e if e > 0.0 else 0.0) - (w if w < 0.0 else 0.0)
+        out_y = (n if n > 0.0 else 0.0) - (s if s < 0.0 else 0.0)
+        c = np.uint64(cell) + i
+        short |= 1 if (out_x + out_y) * (dt * per_area[c]) > (1.0 - SPARE) * h[c] else 0
+    if short == 0:
+        return False
+    for k in range(count):
+        w, e, s, n = x_mass[west + k], x_mass[west + 1 + k], y_mass[south + k], y_mass[north + k]
+        out = (max(e, 0.0) - min(w, 0.0)) + (max(n, 0.0) - min(s, 0.0))
+        loss, most = out * (dt * per_area[cell + k]), (1.0 - SPARE) * h[cell + k]
+        keep[to + k] = most / loss if loss > most else 1.0
+    return True
+
+
+@kernel()
+def scale(fluxes: Fluxes, at: int, keep: Array, low: int, high: int, count: int) -> None:
+    """Multiply mass and momentum fluxes by the share that the cell they leave keeps to; pressure stays."""
+    for k in range(count):
+        mass = fluxes.mass[at + k]
+        share = keep[low + k] if mass > 0.0 else (keep[high + k] if mass < 0.0 else 1.0)
+        fluxes.mass[at + k] *= share
+        fluxes.normal[at + k] *= share
+        fluxes.tangential[at + k] *= share
+
+
+@kernel(unaliased=True)
+def copy_row(source: Fields, cell: int, count: int, target: Fields, to: int) -> None:
+    """Copy a run of cells."""
+    for k in range(count):
+        i, o = np.uint64(cell) + np.uint64(k), np.uint64(to) + np.uint64(k)
+        target.h[o], target.u[o], target.v[o] = source.h[i], source.u[i], source.v[i]
+
+
+@kernel(unaliased=True)
+def update_row(
+    start: Fields,
+    begin: int,
+    now: Fields,
+    out: Fields,
+    still: Array,
+    metric: Metric,
+    material: Material,
+    cell: int,
+    stride: int,
+    count: int,
+    x_fluxes: Fluxes,
+    west: int,
+    y_fluxes: Fluxes,
+    south: int,
+    north: int,
+    part: float,
+    dt: float,
+) -> None:
+    """Update a run of cells, then apply friction, as on a lattice; ``begin`` : first cell in ``start``."""
+    dry, braking = material.dry, part * dt * material.tangent
+    _, x_cl, x_sl, x_ch, x_sh = metric.x_edges
+    _, y_cl, y_sl, y_ch, y_sh = metric.y_edges
+    x_mass, x_normal, x_tangential, x_pressure = x_fluxes
+    y_mass, y_normal, y_tangential, y_pressure = y_fluxes
+    one, row = np.uint64(1), np.uint64(stride)
+    for k in range(count):
+        k_ = np.uint64(k)
+        i, b = np.uint64(cell) + k_, np.uint64(begin) + k_
+        f_w, f_e = np.uint64(west) + k_, np.uint64(west + 1) + k_
+        f_s, f_n = np.uint64(south) + k_, np.uint64(north) + k_
+        w, s = i - one, i - row
+        per_area, g_n = metric.per_area[i], metric.g_n[i]
+        h_0, h_1, u_1, v_1 = start.h[b], now.h[i], now.u[i], now.v[i]
+        gain = ((x_mass[f_w] - x_mass[f_e]) + (y_mass[f_s] - y_mass[f_n])) * per_area
+        load = loaded(h_1, h_1 + dt * gain)
+        free = 0.0 if still[i] == HELD else 1.0
+        push = free * g_n
+        n_w, n_e = x_normal[f_w] + push * x_pressure[f_w], x_normal[f_e] + push * x_pressure[f_e]
+        n_s, n_n = y_normal[f_s] + push * y_pressure[f_s], y_normal[f_n] + push * y_pressure[f_n]
+        t_w, t_e, t_s, t_n = x_tangential[f_w], x_tangential[f_e], y_tangential[f_s], y_tangential[f_n]
+        gain_u = ((x_ch[w] * n_w - x_sh[w] * t_w) - (x_cl[i] * n_e - x_sl[i] * t_e)) + (
+            (y_ch[s] * n_s - y_sh[s] * t_s) - (y_cl[i] * n_n - y_sl[i] * t_n)
+        )
+        gain_v = ((x_sh[w] * n_w + x_ch[w] * t_w) - (x_sl[i] * n_e + x_cl[i] * t_e)) + (
+            (y_sh[s] * n_s + y_ch[s] * t_s) - (y_sl[i] * n_n + y_cl[i] * t_n)
+        )
+        hu, hv = h_0 * start.u[b], h_0 * start.v[b]
+        h = h_0 + part * ((h_1 - h_0) + dt * gain)
+        hu += part * ((h_1 * u_1 - hu) + dt * (gain_u * per_area + (free * metric.g_1[i]) * load))
+        hv += part * ((h_1 * v_1 - hv) + dt * (gain_v * per_area + (free * metric.g_2[i]) * load))
+        bend = (metric.k_11[i] * (u_1 * u_1) + metric.k_22[i] * (v_1 * v_1)) + 2.0 * metric.k_12[i] * (
+            u_1 * v_1
+        )
+        per_depth = braked(hu, hv, h, 0.0, load, g_n + bend, 0.0, braking, dry)
+        out.h[i], out.u[i], out.v[i] = h, hu * per_depth, hv * per_depth
+
+
+@kernel()
+def stage(
+    start: Fields,
+    now: Fields,
+    out: Fields,
+    before: Fields,
+    still: Array,
+    metric: Metric,
+    material: Material,
+    grid: Grid,
+    spans: Indices,
+    first: int,
+    last: int,
+    part: float,
+    dt: float,
+    buffers: Buffers,
+) -> None:
+    """One Runge-Kutta stage over the spans to be stepped.
+
+    Parameters
+    ----------
+    start, now, out : Fields
+        State at the start of the step, of this stage, and to be filled; ``out`` may be ``start``.
+    before : Fields
+        One row, for the state at the start of the step where ``out`` takes its place.
+    spans, first, last
+        Cells and rows to be stepped, from `solver.lattice.spans.spread`.
+    part, dt
+        Weight of this stage's result in the convex combination with ``start``, and time step, s.
+    """
+    m, dry = grid.stride, material.dry
+    room = m + LANES
+    along, across, x_fluxes, y_fluxes, keep = buffers
+    h, u, v = now
+    x, y, g_n = metric.x_edges, metric.y_edges, metric.g_n
+    x_mass, y_mass = x_fluxes.mass, y_fluxes.mass
+    short_before = False
+    for j in range(first - 1, last + 2):
+        ring, below = (j % RING) * room, ((j - 1) % RING) * room
+        for k in range(j if j < first else j + 1, j + 2):
+            a, b = hull(spans, k - 1, k + 1)
+            edge_values(h, u, v, g_n, y, k * m + a, m, whole(b - a), dry, across, (k % 2) * room + a)
+        a, b = hull(spans, j, j + 1)
+        one, two = (j % 2) * room + a, ((j + 1) % 2) * room + a
+        hll(across, one, across, two, still, j * m + a, m, whole(b - a), dry, y_fluxes, ring + a)
+        lengthen(y_fluxes, ring + a, y.length, j * m + a, b - a)
+        short = False
+        a, b = spans[0, j], spans[1, j]
+        if a < b:
+            cell = j * m + a - 1
+            edge_values(h, u, v, g_n, x, cell, ONE, whole(b - a + 2), dry, along, a - 1)
+            hll(along, a - 1, along, a, still, cell, ONE, whole(b - a + 1), dry, x_fluxes, ring + a)
+            lengthen(x_fluxes, ring + a, x.length, cell, b - a + 1)
+            masses = x_mass, ring + a, y_mass, below + a, ring + a
+            short = outflow_limits(h, metric.per_area, cell + 1, b - a, *masses, dt, keep, ring + a)
+            if not short:
+                keep[ring + a : ring + b] = 1.0
+            else:
+                keep[ring + a - 1] = keep[ring + b] = 1.0
+                scale(x_fluxes, ring + a, keep, ring + a - 1, ring + a, b - a + 1)
+        if short or short_before:
+            a, b = hull(spans, j - 1, j)
+            for row in (j - 1, j):
+                lo, hi = (spans[0, row], spans[1, row]) if spans[0, row] < spans[1, row] else (b, b)
+                keep[(row % RING) * room + a : (row % RING) * room + lo] = 1.0
+                keep[(row % RING) * room + hi : (row % RING) * room + b] = 1.0
+            scale(y_fluxes, below + a, keep, below + a, ring + a, b - a)
+        short_before = short
+        row = j - 1
+        a, b = spans[0, row], spans[1, row]
+        if row < first or a >= b:
+            continue
+        south = ((row - 1) % RING) * room + a
+        cell, count = row * m + a, b - a
+        copy_row(start, cell, count, before, a)
+        update_row(
+            before,
+            a,
+            now,
+            out,
+            still,
+            metric,
+            material,
+            cell,
+            m,
+            count,
+            x_fluxes,
+            below + a,
+            y_fluxes,
+            south,
+            below + a,
+            part,
+            dt,
+        )
+        if material.drag > 0.0:
+            drag_row(out, cell, count, part * dt * material.drag)

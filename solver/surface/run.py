@@ -1,0 +1,163 @@
+"""One run on a surface: the lattice's windows, with the metric of the surface under each."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solver.arrays import Array
+from solver.kernels import runge_kutta
+from solver.kernels.state import GHOSTS, Bed, Fields
+from solver.lattice.run import LatticeRun, roomy
+from solver.lattice.window import Part, Window
+from solver.physics.earth_pressure import Isotropic
+from solver.physics.elevation import Surface
+from solver.points.lattice import Lattice
+from solver.scene import Scene
+from solver.surface.metric import lifted_area, metric_of
+from solver.surface.residual import Buffers, stage
+from solver.surface.status import classify_surface
+from solver.surface.time_stepping import advance_surface
+
+
+class SurfaceRun(LatticeRun):
+    """The arrays of one run on a surface; velocities are in the frames of the cells.
+
+    Cells where nothing is known of the surface, and the outermost ones, are drains: dry at the start of a
+    step, and emptied into the ledger at its end.
+
+    Parameters
+    ----------
+    scene : Scene
+        On a lattice of square cells, with a `Surface` for terrain; depth is normal to the bed.
+    end : float
+        Time that the run may go on to, s.
+    arrival_depth : float
+        Depth above which a cell counts as reached, m.
+    whole : bool
+        Whether to compute the whole lattice from the start.
+
+    Raises
+    ------
+    ValueError
+        If cells are not square in plan, earth pressure is not isotropic, or a side is not open.
+    """
+
+    def __init__(self, scene: Scene, end: float, arrival_depth: float, whole: bool = False) -> None:
+        surface, lattice = scene.terrain, scene.points
+        if not isinstance(surface, Surface) or not isinstance(lattice, Lattice):
+            raise TypeError("a run on a surface needs a surface and a lattice")
+        if abs(lattice.dx - lattice.dy) > 1e-9 * lattice.dx:
+            raise ValueError("cells on a surface must be square in plan")
+        if not isinstance(scene.earth_pressure, Isotropic):
+            raise ValueError("earth pressure on a surface must be isotropic")
+        self.surface = surface
+        corners = surface.corners(*(edges_of(a, lattice.dx) for a in (lattice.x_points, lattice.y_points)))
+        self._area = lifted_area(corners, lattice.dx)
+        super().__init__(scene, end, arrival_depth, whole)
+
+    @property
+    def cell_area(self) -> Array:
+        """Areas of the cells on the bed, shape (ny, nx), m2."""
+        return self._area
+
+    def _columns(self) -> Bed:
+        nothing = np.zeros_like(self.lattice.x_points)
+        return Bed(nothing, nothing, nothing, nothing)
+
+    def _needed(self, initial: tuple[Array, Array, Array]) -> Part:
+        return Part(self.lattice.shape)
+
+    def _make(self, window: Window) -> None:
+        super()._make(window)
+        lattice, scene = self.lattice, self.scene
+        (ny, nx), d = lattice.shape, lattice.dx
+        columns = np.arange(window.west - GHOSTS, window.east + GHOSTS)
+        rows = np.arange(window.south - GHOSTS, window.north + GHOSTS)
+        x, y = lattice.x_points[0] + d * columns, lattice.y_points[0] + d * rows
+        # evenly weighted from both ends, as the points are, so that mirror images agree to the last bit
+        inside_x, inside_y = (columns >= 0) & (columns < nx), (rows >= 0) & (rows < ny)
+        x[inside_x], y[inside_y] = lattice.x_points[columns[inside_x]], lattice.y_points[rows[inside_y]]
+        self.metric = metric_of(
+            self.surface,
+            x,
+            y,
+            d,
+            drains(self.surface.gaps(x, y), rows, columns, lattice.shape),
+            scene.gravity,
+            scene.friction.tangent,
+            scene.scheme.cfl,
+        )
+        self.before = Fields(*(roomy(self.grid.stride) for _ in range(3)))
+        self.window_buffers = Buffers(*self.buffers)
+
+    def _advance(self, target: float, max_steps: int) -> int:
+        outcome = runge_kutta.GROW
+        while outcome == runge_kutta.GROW:
+            outcome = int(
+                advance_surface(
+                    self.now,
+                    *self.stages,
+                    self.before,
+                    self.status.still,
+                    self.metric,
+                    self.material,
+                    self.window_sides,
+                    self.grid,
+                    self.spans,
+                    self.inner,
+                    self.window_buffers,
+                    runge_kutta.SSP_RK3,
+                    self.scene.scheme.cfl,
+                    target,
+                    self.shortest_step,
+                    max_steps,
+                    self.rest_volume,
+                    self.arrival_depth,
+                    self.record,
+                    self.progress,
+                )
+            )
+            if outcome == runge_kutta.GROW:
+                self._grow()
+        return outcome
+
+    def rehearse(self, piece: int) -> None:
+        """Classify the cells, or take a stage of no length."""
+        about = self.status.still, self.metric, self.material, self.grid
+        if piece == 0:
+            classify_surface(self.now, *about, self.spans)
+            return
+        steps = self.spans.stepped, GHOSTS, GHOSTS, 1.0, 0.0
+        stage(self.now, self.now, self.stages[0], self.before, *about, *steps, self.window_buffers)
+
+    @property
+    def volume(self) -> float:
+        """Volume in the domain, m3."""
+        return float((self._expanded(self.now.h) * self._area).sum())
+
+
+def edges_of(points: Array, spacing: float) -> Array:
+    """Edges of the cells around points (n,), shape (n + 1,), m."""
+    return np.append(points - spacing / 2, points[-1] + spacing / 2)
+
+
+def drains(
+    gaps: NDArray[np.bool_], rows: NDArray[np.int64], columns: NDArray[np.int64], shape: tuple[int, int]
+) -> NDArray[np.int8]:
+    """Give the numbers, from 1, of the sides that take what reaches gaps and the outermost cells.
+
+    Each goes to the side that is nearest.
+
+    Parameters
+    ----------
+    gaps : (m, n) array
+        Whether nothing is known of the surface.
+    rows, columns : array
+        Numbers of the rows (m,) and columns (n,) in the whole lattice.
+    shape : tuple of int
+        Of the whole lattice.
+    """
+    j, i = np.meshgrid(rows, columns, indexing="ij")
+    distances = np.stack([i, shape[1] - 1 - i, j, shape[0] - 1 - j])
+    return np.where(gaps | (distances.min(axis=0) <= 0), distances.argmin(axis=0) + 1, 0).astype(np.int8)

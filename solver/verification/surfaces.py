@@ -1,0 +1,147 @@
+"""Surfaces in closed form, on which runs are compared with what is known of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solver.arrays import Array
+from solver.physics.terrain import SlopeProfile
+from solver.points.lattice import Lattice
+
+
+@dataclass(frozen=True)
+class Cylindrical:
+    """A surface that falls in one direction of the compass, and does not vary across it.
+
+    Parameters
+    ----------
+    azimuth : float
+        Direction in which it falls, degrees from x toward y.
+    """
+
+    azimuth: float
+
+    @property
+    def direction(self) -> tuple[float, float]:
+        """Unit vector in plan along which it falls."""
+        # exact where the direction is an axis: mirror images must agree to the last bit
+        quarter, rest = divmod(self.azimuth, 90.0)
+        c, s = np.cos(np.radians(rest)), np.sin(np.radians(rest))
+        for _ in range(int(quarter) % 4):
+            c, s = -s, c
+        return float(c), float(s)
+
+    def heights(self, s: Array) -> Array:
+        """Elevation at horizontal distances s along the direction, m."""
+        raise NotImplementedError
+
+    def bends(self, s: Array) -> Array:
+        """Second derivative of the elevation at s, m-1."""
+        raise NotImplementedError
+
+    def along(self, x: Array, y: Array) -> Array:
+        """Horizontal distance along the direction at points of the same shape, m."""
+        c, s = self.direction
+        return np.asarray(c * x + s * y)
+
+    def across(self, x: Array, y: Array) -> Array:
+        """Distance across the direction at points of the same shape, m."""
+        c, s = self.direction
+        return np.asarray(c * y - s * x)
+
+    def corners(self, x: Array, y: Array) -> Array:
+        """Elevation at the crossings of x (n,) and y (m,), shape (m, n), m."""
+        return self.heights(self.along(*np.meshgrid(x, y)))
+
+    def hessian(self, x: Array, y: Array) -> tuple[Array, Array, Array]:
+        """Second derivatives at x (n,) by y (m,), three of shape (m, n), m-1."""
+        bend, (c, s) = self.bends(self.along(*np.meshgrid(x, y))), self.direction
+        return bend * c * c, bend * c * s, bend * s * s
+
+    def gaps(self, x: Array, y: Array) -> NDArray[np.bool_]:
+        """Nothing is unknown."""
+        return np.zeros((len(y), len(x)), dtype=bool)
+
+
+@dataclass(frozen=True)
+class Inclined(Cylindrical):
+    """A plane of ``slope`` degrees."""
+
+    slope: float
+
+    def heights(self, s: Array) -> Array:
+        """Elevation at s, m."""
+        return np.asarray(-np.tan(np.radians(self.slope)) * s)
+
+    def bends(self, s: Array) -> Array:
+        """Zero."""
+        return np.zeros_like(s)
+
+
+@dataclass(frozen=True)
+class Trough(Cylindrical):
+    """The lower half of a cylinder of ``radius`` m, whose axis lies across the direction."""
+
+    radius: float
+
+    def heights(self, s: Array) -> Array:
+        """Elevation above the axis at s, m."""
+        return np.asarray(-np.sqrt(self.radius**2 - s**2))
+
+    def bends(self, s: Array) -> Array:
+        """Second derivative at s, m-1."""
+        return np.asarray(self.radius**2 / (self.radius**2 - s**2) ** 1.5)
+
+
+@dataclass(frozen=True)
+class Profiled(Cylindrical):
+    """A slope profile laid in a direction; its arc length begins at the origin of the plan."""
+
+    profile: SlopeProfile
+    longest: float
+
+    def arcs(self, s: Array) -> Array:
+        """Arc length at horizontal distances s, m."""
+        table = np.linspace(-self.longest, self.longest, 20001)
+        return np.asarray(np.interp(s, self.profile.horizontal_distance(table), table))
+
+    def heights(self, s: Array) -> Array:
+        """Elevation at s, m."""
+        return self.profile.elevation(self.arcs(s))
+
+    def bends(self, s: Array) -> Array:
+        """Second derivative at s, m-1."""
+        x = self.arcs(s)
+        return np.asarray(self.profile.curvature(x) / np.cos(self.profile.inclination(x)) ** 3)
+
+
+@dataclass(frozen=True)
+class Bowl:
+    """The lower half of a sphere of ``radius`` m around the origin."""
+
+    radius: float
+
+    def corners(self, x: Array, y: Array) -> Array:
+        """Elevation above the centre at the crossings of x (n,) and y (m,), shape (m, n), m."""
+        return np.asarray(-np.sqrt(self.radius**2 - x[None, :] ** 2 - y[:, None] ** 2))
+
+    def hessian(self, x: Array, y: Array) -> tuple[Array, Array, Array]:
+        """Second derivatives at x (n,) by y (m,), three of shape (m, n), m-1."""
+        x, y = np.meshgrid(x, y)
+        z = np.sqrt(self.radius**2 - x**2 - y**2)
+        return (z**2 + x**2) / z**3, x * y / z**3, (z**2 + y**2) / z**3
+
+    def gaps(self, x: Array, y: Array) -> NDArray[np.bool_]:
+        """Nothing is unknown."""
+        return np.zeros((len(y), len(x)), dtype=bool)
+
+
+def cell_means(function: Callable[[Array, Array], Array], lattice: Lattice, number: int = 8) -> Array:
+    """Mean of a function of x and y over each cell, from ``number`` squared places in it."""
+    shifts = ((np.arange(number) + 0.5) / number - 0.5) * lattice.dx
+    x, y = lattice.coordinates
+    return np.asarray(sum(function(x + a, y + b) for a in shifts for b in shifts) / number**2)
