@@ -90,7 +90,7 @@ class ElevationModel:
 
     def _at(self, x: Array, y: Array, values: Array, order: int) -> Array:
         """Interpolate values of the cells at x (n,) by y (m,); beyond the outer cells goes on linearly."""
-        from scipy.ndimage import map_coordinates
+        from scipy.interpolate import RectBivariateSpline
 
         pad = 3
         columns, rows = (x - self.x[0]) / self.spacing, (y - self.y[0]) / self.spacing
@@ -98,8 +98,9 @@ class ElevationModel:
             # the cells themselves: mirror images agree to the last bit
             return self._cells(np.rint(rows).astype(int), np.rint(columns).astype(int), values)
         padded = np.pad(values, pad, mode="reflect", reflect_type="odd")
-        places = np.meshgrid(rows + pad, columns + pad, indexing="ij")
-        return np.asarray(map_coordinates(padded, places, order=order, mode="nearest"))
+        numbers = (np.arange(-pad, n + pad) for n in values.shape)
+        spline = RectBivariateSpline(*numbers, padded, kx=order, ky=order)
+        return np.asarray(spline(rows, columns))
 
     def corners(self, x: Array, y: Array) -> Array:
         """Elevation at the crossings of x (n + 1,) and y (m + 1,), shape (m + 1, n + 1), m.
@@ -128,7 +129,9 @@ class ElevationModel:
         """Average elevations by Gaussian weights; deviation : in cells."""
         from scipy.ndimage import gaussian_filter
 
-        return np.asarray(gaussian_filter(self.filled, deviation, mode="nearest"))
+        pad = min(int(4 * deviation) + 1, min(self.filled.shape) - 1)
+        padded = np.pad(self.filled, pad, mode="reflect", reflect_type="odd")
+        return np.asarray(gaussian_filter(padded, deviation)[pad:-pad, pad:-pad])
 
     def hessian(self, x: Array, y: Array) -> tuple[Array, Array, Array]:
         """Second derivatives of the averaged elevation, three of shape (m, n), m-1; 0 without curvature."""

@@ -110,8 +110,7 @@ def metric_of(
     w = np.sqrt(1.0 + (b_x * b_x + b_y * b_y))
     level = np.sqrt(1.0 + b_x * b_x)
     normal = np.stack([-b_x / w, -b_y / w, 1.0 / w])
-    e_1 = np.stack([1.0 / level, np.zeros_like(b_x), b_x / level])
-    e_2 = np.stack([-b_x * b_y / (w * level), level / w, b_y / (w * level)])
+    e_1, e_2 = frames_of(z, spacing)
     area = spacing * spacing * w
     g_1, g_2, g_n = -gravity * e_1[2], -gravity * e_2[2], gravity / w
     z_xx, z_xy, z_yy = surface.hessian(x, y)
@@ -169,3 +168,11 @@ def _padded(edges: list[Array], fills: tuple[float, ...], shape: tuple[int, int]
     for full, values in zip(laid, edges, strict=True):
         full[: values.shape[0], : values.shape[1]] = values
     return EdgeFrames(*(full.ravel() for full in laid))
+
+
+def frames_of(corners: Array, spacing: float) -> tuple[Array, Array]:
+    """Give the unit vectors e1 and e2 of the cells between corners (m + 1, n + 1), two of shape (3, m, n)."""
+    b_x, b_y = plan_slopes(corners, spacing)
+    w, level = np.sqrt(1.0 + (b_x * b_x + b_y * b_y)), np.sqrt(1.0 + b_x * b_x)
+    e_1 = np.stack([1.0 / level, np.zeros_like(b_x), b_x / level])
+    return e_1, np.stack([-b_x * b_y / (w * level), level / w, b_y / (w * level)])

@@ -84,17 +84,23 @@ class Inclined(Cylindrical):
 
 @dataclass(frozen=True)
 class Trough(Cylindrical):
-    """The lower half of a cylinder of ``radius`` m, whose axis lies across the direction."""
+    """The lower part of a cylinder of ``radius`` m, whose axis lies across the direction.
+
+    Farther from the lowest line than 0.95 radii it goes on with the slope it has there.
+    """
 
     radius: float
 
     def heights(self, s: Array) -> Array:
         """Elevation above the axis at s, m."""
-        return np.asarray(-np.sqrt(self.radius**2 - s**2))
+        near = np.clip(s, -0.95 * self.radius, 0.95 * self.radius)
+        height = np.sqrt(self.radius**2 - near**2)
+        return np.asarray(-height + near / height * (s - near))
 
     def bends(self, s: Array) -> Array:
         """Second derivative at s, m-1."""
-        return np.asarray(self.radius**2 / (self.radius**2 - s**2) ** 1.5)
+        near = np.clip(s, -0.95 * self.radius, 0.95 * self.radius)
+        return np.asarray(np.where(near == s, self.radius**2 / (self.radius**2 - near**2) ** 1.5, 0.0))
 
 
 @dataclass(frozen=True)

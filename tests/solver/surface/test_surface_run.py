@@ -1,0 +1,117 @@
+"""Runs on elevation models: rest, mirror images, the ledger, drains, and going on from a snapshot."""
+
+import numpy as np
+import pytest
+
+from solver import Coulomb, Lattice, MohrCoulomb, Scene, Voellmy, simulate
+from solver.forms import begin
+from solver.physics.elevation import ElevationModel
+from solver.scene import Boundaries
+from solver.surface.metric import lifted_area, plan_slopes
+from solver.surface.run import edges_of
+
+POINTS = Lattice((-60, 60), (-50, 50), 2.0)
+
+
+def rough(noise=0.05, slope=8.0, length=0.0, seed=1):
+    x, y = np.arange(-70.0, 71.0, 2.0), np.arange(-60.0, 61.0, 2.0)
+    z = -np.tan(np.radians(slope)) * x + np.random.default_rng(seed).normal(0, noise, (len(y), len(x)))
+    return ElevationModel(x, y, z, length)
+
+
+def heap(height=3.0, centre=(-20.0, 7.0), square=200.0):
+    x, y = POINTS.coordinates
+    return np.maximum(0.0, height - ((x - centre[0]) ** 2 + (y - centre[1]) ** 2) / square)
+
+
+def scene(surface, depth, friction=10.0, **more):
+    law = Coulomb(friction) if isinstance(friction, float) else friction
+    return Scene(POINTS, surface, depth, 0 * depth, 0 * depth, law, **more)
+
+
+def flipped(model, axis):
+    return ElevationModel(model.x, model.y, np.flip(model.elevation, axis).copy(), model.curvature_length)
+
+
+@pytest.mark.parametrize("length", [0.0, 10.0])
+@pytest.mark.parametrize("axis", [0, 1])
+def test_mirror_images_agree_to_the_last_bit(axis, length):
+    model, depth = rough(length=length), heap()
+    one = simulate(scene(model, depth), [2.0, 10.0])
+    two = simulate(scene(flipped(model, axis), np.flip(depth, axis).copy()), [2.0, 10.0])
+    signs = (-1, 1) if axis == 1 else (1, -1)
+    np.testing.assert_array_equal(one.depth, np.flip(two.depth, axis + 1))
+    np.testing.assert_array_equal(one.velocity_x, signs[0] * np.flip(two.velocity_x, axis + 1))
+    np.testing.assert_array_equal(one.velocity_y, signs[1] * np.flip(two.velocity_y, axis + 1))
+    assert one.steps == two.steps > 10
+
+
+def steepest(model, depth):
+    """Largest slope of what lies on the bed, and of the bed under it, degrees."""
+    edges = [edges_of(a, 2.0) for a in (POINTS.x_points, POINTS.y_points)]
+    b_x, b_y = plan_slopes(model.corners(*edges), 2.0)
+    return np.degrees(np.arctan(np.hypot(b_x, b_y)[depth > 0].max()))
+
+
+def test_what_friction_holds_stays_to_the_last_bit_and_what_it_does_not_moves():
+    model, depth = rough(), 0.5 * (heap() > 0)
+    limit = steepest(model, depth) + np.degrees(np.arctan(0.25))
+    held = simulate(scene(model, depth, float(limit)), [0.0, 20.0])
+    np.testing.assert_array_equal(held.depth[1], depth)
+    assert held.rest_time == 0.0
+    moved = simulate(scene(model, depth, 7.0), [0.0, 1.0])
+    assert not np.array_equal(moved.depth[1], depth)
+
+
+def test_a_heap_beside_an_avalanche_stays_to_the_last_bit():
+    model = rough(noise=0.02, slope=12.0)
+    resting = 0.3 * (heap(centre=(30.0, -30.0)) > 2)
+    depth = heap(centre=(-30.0, 20.0)) + resting
+    friction = Coulomb(23.0)
+    _, y = POINTS.coordinates
+    start = Scene(POINTS, model, depth, 9.0 * (y > 0) * (depth > 0), 0 * depth, friction)
+    run = simulate(start, [0.0, 3.0])
+    assert (run.depth[1] != depth)[y > 0].any()
+    np.testing.assert_array_equal(run.depth[1][y < -10], depth[y < -10])
+
+
+def test_volume_is_kept_to_round_off_and_what_leaves_is_in_the_ledger():
+    model = rough(noise=0.2, slope=25.0)
+    model.elevation[20:30, 45:50] = np.nan
+    run = simulate(scene(model, heap(), 5.0), [60.0])
+    edges = [edges_of(a, 2.0) for a in (POINTS.x_points, POINTS.y_points)]
+    area = lifted_area(model.corners(*edges), 2.0)
+    assert run.ledger.outflow > 0.5 * run.ledger.released
+    assert run.ledger.outflow_open == run.ledger.outflow
+    assert abs(run.ledger.error) < 1e-14
+    assert run.ledger.now == pytest.approx((run.deposit_depth * area).sum(), rel=1e-14, abs=1e-9)
+    inside = np.isnan(model.elevation[5:-5, 5:-5])
+    assert (run.deposit_depth[inside] == 0).all()
+    assert (run.max_depth[inside] > 0).any()
+
+
+def test_skipping_changes_no_bit():
+    model, depth = rough(noise=0.1), heap()
+    one, two = (simulate(scene(model, depth), [5.0, 20.0], skip=skip) for skip in (True, False))
+    np.testing.assert_array_equal(one.depth, two.depth)
+    np.testing.assert_array_equal(one.max_speed, two.max_speed)
+
+
+def test_ten_steps_are_five_and_a_restart_and_five(monkeypatch):
+    monkeypatch.setattr("solver.lattice.run.LEAST_GROWTH", 2)
+    case = scene(rough(slope=20.0), heap(), Voellmy(8.0, 500.0))
+    whole, first, second = (begin(case, 30.0, 0.01, True) for _ in range(3))
+    whole.advance(30.0, 10)
+    first.advance(30.0, 5)
+    second.restore({key: array.copy() for key, array in first.carried.items()})
+    second.advance(30.0, 10)
+    for one, two in zip(whole.state, second.state, strict=True):
+        np.testing.assert_array_equal(one, two)
+
+
+def test_what_a_surface_cannot_have_is_refused():
+    depth = heap()
+    with pytest.raises(ValueError, match="all sides are open"):
+        simulate(scene(rough(), depth, boundaries=Boundaries(y_min="wall")), [1.0])
+    with pytest.raises(ValueError, match="isotropic"):
+        simulate(scene(rough(), depth, earth_pressure=MohrCoulomb(30, 10)), [1.0])
