@@ -1,0 +1,153 @@
+"""Elevation models: rasters of elevation in a projected reference system (GeoTIFF, ASC, NetCDF)."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+# What rasters hold where they hold nothing, beside the value that they declare.
+NO_DATA = (-9999.0, -99999.0, -32768.0, -32767.0)
+# Elevations on Earth, m, with room to spare.
+LOWEST, HIGHEST = -500.0, 9000.0
+EVEN = 1e-3
+
+
+class ElevationRasterError(ValueError):
+    """A file that is no elevation model; ``str()`` says ``expected ..., found ...``, and what to do."""
+
+
+@dataclass(frozen=True, eq=False)
+class ElevationRaster:
+    """Elevations of square cells, rows from south to north.
+
+    x, y : eastings (n,) and northings (m,) of the cell centres, increasing, m. elevation : (m, n), m, NaN
+    where there is no data. crs : reference system, as ``EPSG:2056`` or WKT. digest : SHA-256 of all of it.
+    """
+
+    x: NDArray[np.float64]
+    y: NDArray[np.float64]
+    elevation: NDArray[np.float64]
+    crs: str
+    digest: str
+
+    @property
+    def spacing(self) -> float:
+        """Side of a cell, m."""
+        return float(self.x[1] - self.x[0])
+
+
+def read(
+    path: Path,
+    crs: str | None = None,
+    x: tuple[float, float] | None = None,
+    y: tuple[float, float] | None = None,
+) -> ElevationRaster:
+    """Read an elevation model, or the part of it around a rectangle.
+
+    Parameters
+    ----------
+    path : Path
+        GeoTIFF, ASC, NetCDF, or another raster that GDAL reads.
+    crs : str, optional
+        Reference system where the file has none.
+    x, y : tuple of float, optional
+        Eastings and northings of the rectangle, m; four cells around it are read too.
+
+    Raises
+    ------
+    ElevationRasterError
+        If it is no raster of one band in a projected reference system in metres with square cells north up,
+        or holds no elevations there.
+    """
+    import rasterio
+    from rasterio.errors import RasterioError
+    from rasterio.windows import Window, from_bounds
+
+    try:
+        source = rasterio.open(path)
+    except RasterioError as error:
+        expected = "expected an elevation model as GeoTIFF, ASC or NetCDF"
+        raise ElevationRasterError(f"{expected}, found {path.name}, which is none: {error}") from None
+    with source:
+        if source.count != 1:
+            raise ElevationRasterError(f"expected a raster of one band, found {source.count} bands")
+        step = source.transform
+        if step.b or step.d or step.e >= 0 or abs(step.a + step.e) > EVEN * step.a:
+            raise ElevationRasterError(
+                "expected square cells north up, found others; gdalwarp -tr D D makes them"
+            )
+        system = _system(source.crs, crs)
+        window = Window(0, 0, source.width, source.height)
+        if x is not None and y is not None:
+            d = 4 * step.a
+            asked = from_bounds(x[0] - d, y[0] - d, x[1] + d, y[1] + d, step)
+            whole = asked.round_offsets().round_lengths(op="ceil")
+            try:
+                window = window.intersection(whole)
+            except RasterioError:
+                raise ElevationRasterError(
+                    f"expected a raster that covers the domain, found one of {_extent(source.bounds)}"
+                ) from None
+        values = source.read(1, window=window, masked=True)
+        corner = source.window_transform(window)
+        east, north = corner.c + corner.a / 2, corner.f + corner.e / 2
+    elevation = np.ma.filled(values.astype(np.float64), np.nan)[::-1]
+    elevation[np.isin(elevation, NO_DATA)] = np.nan
+    if not np.isfinite(elevation).any():
+        raise ElevationRasterError("expected elevations, found no data alone in the domain")
+    low, high = float(np.nanmin(elevation)), float(np.nanmax(elevation))
+    if low < LOWEST or high > HIGHEST:
+        raise ElevationRasterError(
+            f"expected elevations between {LOWEST:g} and {HIGHEST:g} m, found {low:g} to {high:g}"
+        )
+    rows, columns = elevation.shape
+    if min(rows, columns) < 4:
+        raise ElevationRasterError(f"expected 4 rows and columns or more, found {rows} by {columns}")
+    northings = (north - step.a * np.arange(rows))[::-1]
+    digest = hashlib.sha256(repr((system, step.a, east, north, elevation.shape)).encode())
+    digest.update(np.ascontiguousarray(elevation).tobytes())
+    return ElevationRaster(
+        east + step.a * np.arange(columns),
+        np.ascontiguousarray(northings),
+        np.ascontiguousarray(elevation),
+        system,
+        digest.hexdigest(),
+    )
+
+
+def _system(found: object, given: str | None) -> str:
+    """Give the reference system of a raster, of its file or as given, if it is a projected one in metres."""
+    from rasterio.crs import CRS
+    from rasterio.errors import CRSError
+
+    if found is None and given is None:
+        raise ElevationRasterError(
+            "expected a reference system, found none in the file; write it as `crs: EPSG:2056`"
+        )
+    try:
+        system = CRS.from_user_input(given if found is None else found)
+    except CRSError:
+        raise ElevationRasterError(
+            f"expected a reference system, as EPSG:2056, found '{given}', which is none"
+        ) from None
+    if not system.is_projected:
+        raise ElevationRasterError(
+            "expected coordinates in metres, found a reference system in degrees; "
+            "gdalwarp -t_srs EPSG:... projects the raster"
+        )
+    units, factor = system.linear_units_factor
+    if abs(factor - 1) > 1e-9:
+        raise ElevationRasterError(
+            f"expected coordinates in metres, found {units}; gdalwarp -t_srs EPSG:... projects the raster"
+        )
+    code = system.to_epsg()
+    return f"EPSG:{code}" if code is not None else str(system.to_wkt())
+
+
+def _extent(bounds: tuple[float, float, float, float]) -> str:
+    west, south, east, north = bounds
+    return f"x {west:.12g} to {east:.12g}, y {south:.12g} to {north:.12g}"

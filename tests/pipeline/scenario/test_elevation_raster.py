@@ -1,0 +1,81 @@
+"""Elevation models read from rasters, and what is no elevation model."""
+
+import numpy as np
+import pytest
+import rasterio
+from rasterio.transform import Affine, from_origin
+
+from pipeline.scenario.elevation_raster import ElevationRasterError, read
+
+Z = np.arange(24 * 30, dtype=np.float32).reshape(24, 30) + 1000
+
+
+def write(path, values=Z, crs="EPSG:2056", transform=None, nodata=None, driver="GTiff"):
+    transform = transform or from_origin(2600000, 1200120, 5, 5)
+    bands = values if values.ndim == 3 else values[None]
+    count, rows, columns = bands.shape
+    about = {"count": count, "height": rows, "width": columns, "dtype": bands.dtype, "nodata": nodata}
+    with rasterio.open(path, "w", driver=driver, crs=crs, transform=transform, **about) as target:
+        target.write(bands)
+    return path
+
+
+def test_rows_go_north_and_coordinates_are_of_the_centres(tmp_path):
+    found = read(write(tmp_path / "dem.tif"))
+    assert found.crs == "EPSG:2056"
+    assert (found.x[0], found.x[-1]) == (2600002.5, 2600147.5)
+    assert (found.y[0], found.y[-1]) == (1200002.5, 1200117.5)
+    np.testing.assert_array_equal(found.elevation, Z[::-1])
+
+
+def test_an_asc_takes_its_system_from_the_scenario(tmp_path):
+    path = write(tmp_path / "dem.asc", crs=None, driver="AAIGrid", nodata=-9999)
+    with pytest.raises(ElevationRasterError, match=r"found none in the file; write it as `crs: EPSG:2056`"):
+        read(path)
+    assert read(path, "EPSG:2056").crs == "EPSG:2056"
+
+
+def test_the_part_around_a_rectangle_is_that_of_the_whole(tmp_path):
+    path = write(tmp_path / "dem.tif")
+    whole, part = read(path), read(path, x=(2600050, 2600080), y=(1200040, 1200060))
+    assert part.elevation.shape == (12, 14)
+    rows, columns = np.isin(whole.y, part.y), np.isin(whole.x, part.x)
+    np.testing.assert_array_equal(part.elevation, whole.elevation[np.ix_(rows, columns)])
+    assert part.digest != whole.digest == read(path).digest
+
+
+def test_no_data_declared_or_usual_is_nan(tmp_path):
+    values = Z.copy()
+    values[2, 3], values[4, 5] = -9999, 7777
+    found = read(write(tmp_path / "dem.tif", values, nodata=7777)).elevation[::-1]
+    assert np.isnan(found[2, 3])
+    assert np.isnan(found[4, 5])
+    assert np.isnan(found).sum() == 2
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"crs": "EPSG:4326", "transform": from_origin(7, 46, 5e-5, 5e-5)}, "degrees; gdalwarp"),
+        ({"crs": "EPSG:2225"}, "found US survey foot"),
+        ({"values": np.stack([Z, Z, Z])}, "found 3 bands"),
+        ({"transform": from_origin(2600000, 1200120, 5, 8)}, "square cells north up"),
+        ({"transform": Affine(4, 3, 2600000, 3, -4, 1200000)}, "square cells north up"),
+        ({"values": np.full_like(Z, -9999)}, "found no data alone"),
+        ({"values": Z + 20000}, "found 21000 to 21719"),
+    ],
+)
+def test_what_is_no_elevation_model_is_told(tmp_path, given, words):
+    with pytest.raises(ElevationRasterError, match=words):
+        read(write(tmp_path / "dem.tif", **given))
+
+
+def test_other_files_and_places_are_told(tmp_path):
+    (tmp_path / "table.csv").write_text("distance,elevation\n0,100\n")
+    with pytest.raises(ElevationRasterError, match=r"found table\.csv, which is none"):
+        read(tmp_path / "table.csv")
+    path = write(tmp_path / "dem.tif")
+    with pytest.raises(ElevationRasterError, match="covers the domain, found one of x 2600000 to 2600150"):
+        read(path, x=(100, 200), y=(100, 200))
+    with pytest.raises(ElevationRasterError, match="found 'nowhere', which is none"):
+        read(write(tmp_path / "bare.tif", crs=None), "nowhere")
