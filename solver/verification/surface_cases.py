@@ -1,0 +1,182 @@
+"""Flows on surfaces of which something is known, as runs, and their errors.
+
+``python -m solver.verification.surface_cases`` prints the errors by direction and spacing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from solver.arrays import Array
+from solver.physics.constants import GRAVITY
+from solver.physics.friction import Coulomb
+from solver.points.lattice import Lattice
+from solver.result import Result
+from solver.scene import Scene, WeightedResidual
+from solver.simulation import simulate
+from solver.surface.metric import frames_of, lifted_area
+from solver.surface.run import edges_of
+from solver.verification.exact_solutions import FrictionlessCap
+from solver.verification.surfaces import Bowl, Inclined, Trough, cell_means
+
+RADIUS = 100.0
+# breadth of a patch, m: where its depth has fallen by e
+BREADTH = 6.0
+
+
+class Arc(NamedTuple):
+    """A patch that has moved along an arc.
+
+    energy : change of kinetic energy over what it was. sideways : of the centre of volume, m.
+    went : way of the centre of volume along the arc, m. rests : whether it came to rest.
+    """
+
+    energy: float
+    sideways: float
+    went: float
+    rests: bool
+
+
+def centred(half_x: float, half_y: float, spacing: float) -> Lattice:
+    """Lay a lattice around the origin whose points lie on multiples of the spacing, m."""
+    half_x, half_y = (float(np.ceil(a / spacing) * spacing) for a in (half_x, half_y))
+    return Lattice((-half_x, half_x), (-half_y, half_y), spacing)
+
+
+def cap_error(azimuth: float, root: float) -> tuple[float, Result]:
+    """Relative L2 error of depth of the frictionless cap on a plane of 35 degrees, at 5 s, and its run.
+
+    azimuth : direction of the fall, degrees. root : square root of the area of a cell, m.
+    """
+    surface, solution = Inclined(azimuth, 35.0), FrictionlessCap()
+    fall = float(np.cos(np.radians(35)))
+    c, s = surface.direction
+    points = centred(150 + 180 * c, 150 + 180 * s, root * float(np.sqrt(fall)))
+
+    def depth(x: Array, y: Array, time: float) -> Array:
+        return solution(surface.along(x, y) / fall, surface.across(x, y), time)[0]
+
+    first = cell_means(lambda x, y: depth(x, y, 0.0), points)
+    run = simulate(Scene(points, surface, first, 0 * first, 0 * first, Coulomb(0.0)), [5.0])
+    known = depth(*points.coordinates, 5.0)
+    return float(np.linalg.norm(run.depth[-1] - known) / np.linalg.norm(known)), run
+
+
+def slide_on_arc(
+    surface: Trough | Bowl,
+    azimuth: float,
+    spacing: float,
+    *,
+    start: float,
+    speed: float,
+    depth: float,
+    friction: float,
+    gravity: float,
+    end: float,
+) -> Arc:
+    """Let a round patch slide along a great circle of a surface of radius RADIUS.
+
+    azimuth : of the way, degrees. start : arc length from the lowest point, m. speed : m s-1. depth : m.
+    friction : degrees. gravity : m s-2. end : s.
+    """
+    c, s = np.cos(np.radians(azimuth)), np.sin(np.radians(azimuth))
+    place, room = abs(RADIUS * np.sin(start / RADIUS)), 3.8 * BREADTH * (c + s)
+    points = centred(place * c + room, place * s + room, spacing)
+    x, y = points.coordinates
+    along, across = c * x + s * y, c * y - s * x
+    h = depth * np.exp(-((along - RADIUS * np.sin(start / RADIUS)) ** 2 + across**2) / BREADTH**2)
+    h[h < 1e-6 * depth] = 0
+    z = surface.corners(*(edges_of(a, points.dx) for a in (points.x_points, points.y_points)))
+    area, (e_1, e_2) = lifted_area(z, points.dx), frames_of(z, points.dx)
+    normal = np.cross(e_1, e_2, axis=0)
+    way = np.stack([np.full_like(x, c), np.full_like(x, s), -(normal[0] * c + normal[1] * s) / normal[2]])
+    way *= speed * (h > 0) / np.sqrt((way**2).sum(0))
+    scene = Scene(
+        points,
+        surface,
+        h,
+        (way * e_1).sum(0),
+        (way * e_2).sum(0),
+        Coulomb(friction),
+        gravity=gravity,
+        scheme=WeightedResidual(wet_limit=1e-4 if friction else 1e-9),
+    )
+    run = simulate(scene, [0.0, end])
+    squares = run.velocity_x**2 + run.velocity_y**2
+    energy = (run.depth * squares * area).sum(axis=(1, 2))
+    volume = run.depth * area
+    arc = RADIUS * np.arcsin(along / RADIUS)
+    places = [float((each * arc).sum() / each.sum()) for each in volume]
+    return Arc(
+        float(energy[1] / energy[0] - 1) if energy[0] else float("nan"),
+        float((volume[1] * across).sum() / volume[1].sum()),
+        places[1] - places[0],
+        bool(np.isfinite(run.rest_time)),
+    )
+
+
+def without_gravity(surface: Trough | Bowl, azimuth: float, spacing: float) -> Arc:
+    """Let a patch of 10 m s-1 go 100 m without gravity: its energy and direction must stay."""
+    free = {"start": -50.0, "speed": 10.0, "depth": 1.0, "friction": 0.0, "gravity": 1e-9, "end": 10.0}
+    return slide_on_arc(surface, azimuth, spacing, **free)
+
+
+def with_friction(azimuth: float, spacing: float, depth: float = 0.02) -> Arc:
+    """Let a thin patch slide from rest down a trough, with a bed friction of 20 degrees."""
+    held = {"start": -70.0, "speed": 0.0, "friction": 20.0, "gravity": GRAVITY, "end": 60.0}
+    return slide_on_arc(Trough(azimuth, RADIUS), azimuth, spacing, depth=depth, **held)
+
+
+def way_of_a_point(start: float = -70.0, friction: float = 20.0) -> float:
+    """Way of a point with Coulomb friction on the same arc until it stops, m."""
+    rough, steep = np.tan(np.radians(friction)), GRAVITY / RADIUS
+
+    def motion(_: float, state: Array) -> tuple[float, float]:
+        angle, rate = state
+        return rate, -steep * np.sin(angle) - rough * (steep * np.cos(angle) + rate**2)
+
+    def stops(_: float, state: Array) -> float:
+        return float(state[1])
+
+    stops.terminal, stops.direction = True, -1  # type: ignore[attr-defined]
+    first = (start / RADIUS, 1e-9)
+    angles = solve_ivp(motion, (0.0, 60.0), first, events=stops, rtol=1e-9).y[0]
+    return float(RADIUS * (angles[-1] - angles[0]))
+
+
+def report() -> Iterator[str]:
+    """Give the tables, line by line."""
+    yield "| frictionless cap, relative L2 of depth at 5 s | 0 | 30 | 45 degrees |"
+    yield "|---|---|---|---|"
+    for root in (8.0, 4.0, 2.0):
+        errors = (f"{cap_error(azimuth, root)[0]:.2e}" for azimuth in (0.0, 30.0, 45.0))
+        yield f"| {root:g} m | {' | '.join(errors)} |"
+    yield ""
+    yield "| 100 m along an arc, no gravity | azimuth | spacing | change of energy | sideways |"
+    yield "|---|---|---|---|---|"
+    for name, surface in (("trough", Trough), ("bowl", Bowl)):
+        for azimuth in (0.0, 30.0, 45.0):
+            for spacing in (4.0, 2.0, 1.0):
+                bed = Trough(azimuth, RADIUS) if surface is Trough else Bowl(RADIUS)
+                arc = without_gravity(bed, azimuth, spacing)
+                yield f"| {name} | {azimuth:g} | {spacing:g} m | {arc.energy:.1e} | {arc.sideways:.3f} m |"
+    yield ""
+    yield f"| friction; a point goes {way_of_a_point():.2f} m | depth | spacing | goes | sideways |"
+    yield "|---|---|---|---|---|"
+    for azimuth in (0.0, 30.0, 45.0):
+        for depth in (0.02, 0.2, 2.0):
+            for spacing in (4.0, 2.0, 1.0):
+                arc = with_friction(azimuth, spacing, depth)
+                yield (
+                    f"| {azimuth:g} degrees | {depth:g} m | {spacing:g} m | {arc.went:.2f} m "
+                    f"| {arc.sideways:.3f} m |"
+                )
+
+
+if __name__ == "__main__":
+    for line in report():
+        print(line, flush=True)
