@@ -109,7 +109,7 @@ def slide_on_arc(
     squares = run.velocity_x**2 + run.velocity_y**2
     energy = (run.depth * squares * area).sum(axis=(1, 2))
     volume = run.depth * area
-    arc = RADIUS * np.arcsin(along / RADIUS)
+    arc = RADIUS * np.arcsin(np.clip(along / RADIUS, -1.0, 1.0))
     places = [float((each * arc).sum() / each.sum()) for each in volume]
     return Arc(
         float(energy[1] / energy[0] - 1) if energy[0] else float("nan"),

@@ -127,18 +127,21 @@ class Profiled(Cylindrical):
 
 @dataclass(frozen=True)
 class Bowl:
-    """The lower half of a sphere of ``radius`` m around the origin."""
+    """The lower part of a sphere of ``radius`` m around the origin, flat beyond 0.95 radii."""
 
     radius: float
 
+    def _below_centre(self, x: Array, y: Array) -> Array:
+        return np.asarray(np.sqrt(self.radius**2 - np.minimum(x**2 + y**2, (0.95 * self.radius) ** 2)))
+
     def corners(self, x: Array, y: Array) -> Array:
         """Elevation above the centre at the crossings of x (n,) and y (m,), shape (m, n), m."""
-        return np.asarray(-np.sqrt(self.radius**2 - x[None, :] ** 2 - y[:, None] ** 2))
+        return -self._below_centre(*np.meshgrid(x, y))
 
     def hessian(self, x: Array, y: Array) -> tuple[Array, Array, Array]:
         """Second derivatives at x (n,) by y (m,), three of shape (m, n), m-1."""
         x, y = np.meshgrid(x, y)
-        z = np.sqrt(self.radius**2 - x**2 - y**2)
+        z = self._below_centre(x, y)
         return (z**2 + x**2) / z**3, x * y / z**3, (z**2 + y**2) / z**3
 
     def gaps(self, x: Array, y: Array) -> NDArray[np.bool_]:
