@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path as FilePath
 from typing import Any, TypeVar
@@ -15,11 +15,11 @@ from pipeline.scenario.point_file import PointFile
 from pipeline.scenario.schema_errors import Problem, check
 from pipeline.scenario.strict_yaml import Document, Path
 from pipeline.scenario.sweep_checks import check_design
+from pipeline.settings.generated import Generated
 from pipeline.settings.points import FilePoints
-from pipeline.settings.release import AnyRelease
 from pipeline.settings.section import Pair
 from pipeline.settings.settings import Settings
-from pipeline.settings.terrain import Table
+from solver.release.shapes import Release
 
 T = TypeVar("T")
 
@@ -78,10 +78,9 @@ class _Judge:
         if settings.domain is None:
             return problems
         extent = solver_objects.extent(settings)
-        for i, release in enumerate(settings.releases):
+        for i, release in enumerate(solver_objects.releases(settings)):
             path: Path = ("release", i) if isinstance(settings.release, tuple) else ("release",)
-            bare = release.model_copy(update={"volume": None, "velocity": (0.0, 0.0)})
-            whole, part = _lost(bare, extent)
+            whole, part = _lost(replace(release, volume=None, velocity=(0.0, 0.0)), extent)
             if part >= 1:
                 (x0, x1), (y0, y1) = settings.domain.x, settings.domain.y
                 found = (
@@ -123,15 +122,14 @@ class _Judge:
 
     def _table(self, settings: Settings) -> list[Problem]:
         """Read the table of a ``table`` profile, once, and list what is wrong with it."""
-        terrain = settings.terrain
-        if not isinstance(terrain, Table):
+        if (name := settings.table_file) is None:
             return []
         path: Path = ("terrain", "file")
-        table = self._read(terrain.file, path, elevation_table.read)
+        table = self._read(name, path, elevation_table.read)
         if isinstance(table, list):
             return table
-        self.tables[terrain.file] = table
-        length = _length(terrain, table)
+        self.tables[name] = table
+        length = _length(settings.terrain, table)
         if settings.domain is not None and (settings.domain.x[0] < 0 or settings.domain.x[1] > length):
             self.short[path] = length
         return []
@@ -152,14 +150,13 @@ class _Judge:
 
 
 @lru_cache(maxsize=1024)
-def _lost(release: AnyRelease, extent: tuple[Pair, Pair]) -> tuple[float, float]:
+def _lost(shape: Release, extent: tuple[Pair, Pair]) -> tuple[float, float]:
     """Volume of a release, m3, and the part of it outside the domain, 1 where nothing is inside."""
-    shape = solver_objects.shape(release)
     return shape.shape_volume, shape.volume_outside(*extent) / shape.shape_volume
 
 
 @lru_cache(maxsize=1024)
-def _length(terrain: Table, table: ElevationTable) -> float:
+def _length(terrain: Generated, table: ElevationTable) -> float:
     """Arc length that a table covers, m."""
     slope = solver_objects.slope(terrain, table)
     return float(getattr(slope, "length", float("inf")))

@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-import types
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
-from typing import Annotated, Any, Literal, Union, get_args, get_origin
+from typing import Any
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from pipeline.mistakes import describe
 from pipeline.scenario.strict_yaml import Path
+from pipeline.settings.section import ANY_KEY, kind, sections_of
 from pipeline.settings.settings import Settings
-
-# Stands in a location for a key that is the user's own.
-ANY_KEY = "*"
 
 
 @dataclass(frozen=True)
@@ -43,42 +40,9 @@ def check(data: Mapping[str, Any]) -> Settings | list[Problem]:
         return [_explain(details, data) for details in errors]
 
 
-def sections(
-    annotation: Any = Settings, loc: tuple[str, ...] = ()
-) -> Iterator[tuple[tuple[str, ...], type[BaseModel]]]:
-    """Walk the models of a schema, each with the location (without list indices) that its errors have."""
-    origin = get_origin(annotation)
-    if origin is Annotated:
-        inner, *metadata = get_args(annotation)
-        tags = tuple(item.tag for item in metadata if hasattr(item, "tag"))
-        yield from sections(inner, (*loc, *tags))
-    elif origin in (Union, types.UnionType):
-        members = get_args(annotation)
-        several = sum(_is_model(member) for member in members) > 1
-        for member in members:
-            yield from sections(member, (*loc, kind(member)) if several and _is_model(member) else loc)
-    elif origin is tuple:
-        yield from sections(get_args(annotation)[0], loc)
-    elif origin is dict:
-        yield from sections(get_args(annotation)[1], (*loc, ANY_KEY))
-    elif _is_model(annotation):
-        yield loc, annotation
-        for name, info in annotation.model_fields.items():
-            yield from sections(info.annotation, (*loc, name))
-
-
-def kind(model: type[BaseModel]) -> str:
-    """Give the value of the key that tells a model from others of its union, ``plane`` or ``box``."""
-    annotations = (info.annotation for info in model.model_fields.values())
-    return str(next(get_args(annotation)[0] for annotation in annotations if _is_single_literal(annotation)))
-
-
-def _is_model(annotation: Any) -> bool:
-    return isinstance(annotation, type) and issubclass(annotation, BaseModel)
-
-
-def _is_single_literal(annotation: Any) -> bool:
-    return get_origin(annotation) is Literal and len(get_args(annotation)) == 1
+def sections() -> Iterator[tuple[tuple[str, ...], type[BaseModel]]]:
+    """Walk the sections of a scenario file, each with the location that its errors have."""
+    return sections_of(Settings)
 
 
 @cache

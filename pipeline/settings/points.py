@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
-from pydantic import Discriminator, Field, Tag, model_validator
+from pydantic import Field, Tag, model_validator
 
-from pipeline.settings.section import Pair, Positive, Section, check_bounds, key, relation
+from pipeline.settings.section import Pair, Positive, Section, check_bounds, chosen_by, key, relation
 
 MOST_SCATTERED = 10_000_000
 Seed = Annotated[int, Field(ge=0, lt=2**63)]
@@ -108,20 +107,10 @@ class FilePoints(Section):
         return 0.0
 
 
-def _layout(value: Any) -> Any:
-    return (
-        value.get("layout", "lattice") if isinstance(value, Mapping) else getattr(value, "layout", "lattice")
-    )
-
-
 Points = Annotated[
     Annotated[LatticePoints, Tag("lattice")]
     | Annotated[PoissonDiscPoints, Tag("poisson-disc")]
     | Annotated[GradedPoints, Tag("graded")]
     | Annotated[FilePoints, Tag("file")],
-    Discriminator(
-        _layout,
-        custom_error_type="union_tag_invalid",
-        custom_error_context={"discriminator": "'layout'", "tag": "", "expected_tags": ""},
-    ),
+    chosen_by("layout", "lattice"),
 ]

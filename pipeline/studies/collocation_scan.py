@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 
 from solver.arrays import Array
-from solver.collocation.operators import DerivativeName
 from solver.points.cloud import PointCloud, random_points
 from solver.points.lattice import Lattice
 from solver.scene import Collocation, WeightedResidual
+from solver.scheme import DerivativeName
 from solver.simulation import Result, simulate
 from solver.verification.cases import CHUTE, relative_l2
 

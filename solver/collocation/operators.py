@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import scipy
@@ -13,9 +13,9 @@ from solver.arrays import Array, Indices
 from solver.lmls.shape_functions import Approximation, approximation, diffuse, full
 from solver.points.cloud import PointCloud
 from solver.points.lattice import Lattice
+from solver.scheme import DerivativeName
 
 Numbers = NDArray[np.int32]
-DerivativeName = Literal["full", "diffuse"]
 DERIVATIVES = {"full": full, "diffuse": diffuse}
 # Distances that differ by less are equal: on a lattice a support takes all points of its last distance.
 EQUAL = 1 + 1e-9
