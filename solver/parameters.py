@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import MISSING, Field, dataclass, field, fields, replace
 from math import isfinite
 from numbers import Real
-from typing import Any, TypeVar, dataclass_transform, overload
+from typing import Any, ClassVar, TypeVar, dataclass_transform, overload
 
 Class = TypeVar("Class", bound=type)
 _KEY = "parameter"
@@ -100,7 +100,7 @@ class Parameter:
             self._check_number(name, float(value))
 
     def _check_number(self, name: str, value: float) -> None:
-        expected = "a finite number" if not isfinite(value) else ""
+        expected = ""
         if self.above is not None and not value > self.above:
             expected = f"a number above {self.above:g}"
         if self.at_least is not None and not value >= self.at_least:
@@ -109,6 +109,8 @@ class Parameter:
             expected = f"a number below {self.below:g}"
         if self.at_most is not None and not value <= self.at_most:
             expected = f"a number of at most {self.at_most:g}"
+        if not isfinite(value):
+            expected = "a finite number"
         if expected:
             raise ParameterError(f"expected {expected}, found {value:.15g}", name)
 
@@ -146,7 +148,11 @@ class Checked:
     """Base of dataclasses of parameters: checks the bounds of each one.
 
     A subclass that checks what its parameters must be together calls ``super().__post_init__()`` first.
+
+    advice : when to choose this class, where there are others.
     """
+
+    advice: ClassVar[str] = ""
 
     def __post_init__(self) -> None:
         for each in fields(self):  # type: ignore[arg-type]

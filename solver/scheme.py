@@ -12,7 +12,7 @@ CFL = Parameter(
     meaning="Courant number of the time step",
     above=0,
     scenario_at_most=1,
-    advice="Leave it; smaller is slower and hardly more accurate.",
+    advice="Leave it; a smaller number takes more time steps.",
 )
 WET_LIMIT = Parameter(
     meaning="depth up to which a cell counts as dry and does not move, as part of the largest initial depth",
@@ -41,7 +41,7 @@ class WeightedResidual(Checked):
         If a choice is out of its range.
     """
 
-    advice: ClassVar[str] = "All assessments: exact volume and exact rest."
+    advice: ClassVar[str] = "all assessments: it conserves volume and comes to exact rest"
 
     cfl: float = shared(CFL, default=0.9)
     wet_limit: float = shared(WET_LIMIT, default=1e-4)
@@ -68,7 +68,7 @@ class Collocation(Checked):
         If a choice is out of its range or unknown.
     """
 
-    advice: ClassVar[str] = "Studies of the paper's method; it makes and loses volume."
+    advice: ClassVar[str] = "studies of the paper's method; it does not conserve volume exactly"
 
     support: int = parameter("points of a support", default=49, at_least=6, at_most=200)
     degree: int = shared(DEGREE, default=2)

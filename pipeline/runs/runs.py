@@ -73,7 +73,10 @@ class Runs(Sequence[Run]):
     def __init__(self, scenario: Scenario) -> None:
         self.tables = scenario.tables
         self.design = design(scenario.settings)
-        self._data = scenario.settings.model_dump(exclude_unset=True, exclude=OF_ALL_RUNS)
+        self._data = {name: value for name, value in scenario.data.items() if name not in OF_ALL_RUNS}
+        if scenario.settings.domain is not None:
+            # given or found
+            self._data["domain"] = scenario.settings.domain.model_dump()
         self._names = tuple(coordinate_names(self.design.keys).values())
         self.paths = [path for key in self.design.keys if (path := path_of(key, self._data)) is not None]
 

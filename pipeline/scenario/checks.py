@@ -22,6 +22,9 @@ from pipeline.settings.settings import Settings
 from solver.release.shapes import Release
 
 T = TypeVar("T")
+# angles of friction, and what is rather a coefficient than an angle, degrees
+FRICTION_ANGLES = ("bed_friction", "internal_friction")
+LEAST_ANGLE = 1.0
 
 
 @dataclass
@@ -42,9 +45,11 @@ def check_document(document: Document, folder: FilePath) -> Checked:
     judge = _Judge(folder)
     problems = check(document.data)
     settings = None if isinstance(problems, list) else problems
+    sample = None if settings is None else settings.sample
     problems = problems if isinstance(problems, list) else judge.problems(problems)
     judge.lost.clear()
-    problems += check_design(document.data, problems, judge.check)
+    judge.flat.clear()
+    problems += check_design(document.data, sample, problems, judge.check)
     told = {(mistake.line, mistake.column) for mistake in document.mistakes}
     mistakes = [document.mistake(p.path, p.message, at_key=p.at_key) for p in problems]
     mistakes = [mistake for mistake in mistakes if (mistake.line, mistake.column) not in told]
@@ -64,6 +69,7 @@ class _Judge:
         self.mistakes: list[Mistake] = []
         self.lost: dict[Path, tuple[float, float]] = {}
         self.short: dict[Path, float] = {}
+        self.flat: dict[Path, float] = {}
         self.points: PointFile | None = None
         self.files: dict[str, Any] = {}
 
@@ -75,6 +81,10 @@ class _Judge:
     def problems(self, settings: Settings) -> list[Problem]:
         """List what is wrong with settings that keep to the schema."""
         problems = self._table(settings) + self._points(settings)
+        for name in FRICTION_ANGLES:
+            angle = getattr(settings.material, name)
+            if angle is not None and 0 < angle < LEAST_ANGLE:
+                self.flat["material", name] = angle
         if settings.domain is None:
             return problems
         extent = solver_objects.extent(settings)
@@ -103,7 +113,11 @@ class _Judge:
             (path, f"the table covers x from 0 to {length:.6g} m; beyond, its end slopes go on")
             for path, length in self.short.items()
         ]
-        return lost + short
+        flat = [
+            (path, f"{angle:g} degrees are nearly none; mu = {angle:g} is written as friction_coefficient")
+            for path, angle in self.flat.items()
+        ]
+        return lost + short + flat
 
     def _points(self, settings: Settings) -> list[Problem]:
         """Read the file of a ``file`` layout, once, and list what is wrong with its points."""

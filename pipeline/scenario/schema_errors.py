@@ -11,8 +11,9 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from pipeline.mistakes import describe
+from pipeline.scenario.hints import meant, of_key, of_length, of_number
 from pipeline.scenario.strict_yaml import Path
-from pipeline.settings.section import ANY_KEY, kind, sections_of
+from pipeline.settings.section import ANY_KEY, choosing_key, kind, sections_of
 from pipeline.settings.settings import Settings
 
 
@@ -21,13 +22,14 @@ class Problem:
     """What is wrong at a path of the data.
 
     at_key : whether the key is wrong and not its value. related : paths that the problem depends on, the one
-    to blame first.
+    to blame first. hint : the end of the message that says what may have been meant.
     """
 
     path: Path
     message: str
     at_key: bool = False
     related: tuple[Path, ...] = ()
+    hint: str = ""
 
 
 def check(data: Mapping[str, Any]) -> Settings | list[Problem]:
@@ -56,6 +58,22 @@ def _models() -> dict[tuple[str, ...], type[BaseModel]]:
     return dict(sections())
 
 
+@cache
+def keys_elsewhere() -> Mapping[str, str]:
+    """Keys of the sections that may be varied, each with its dotted key; of several the first."""
+    found: dict[str, str] = {}
+    for loc, model in _models().items():
+        if len(loc) == 1 or (len(loc) in (2, 3) and choosing_key(model)):
+            found |= {name: f"{loc[0]}.{name}" for name in model.model_fields if name not in found}
+    return found
+
+
+def _outside(loc: tuple[int | str, ...]) -> Mapping[str, str]:
+    """Keys of other sections than the one of a location."""
+    own = f"{loc[0]}." if len(loc) > 1 else ""
+    return {name: place for name, place in keys_elsewhere().items() if not own or not place.startswith(own)}
+
+
 def _explain(error: ErrorDetails, data: Mapping[str, Any]) -> Problem:
     """Turn one of pydantic's errors into a problem."""
     loc, context, type_ = error["loc"], error.get("ctx", {}), error["type"]
@@ -66,8 +84,9 @@ def _explain(error: ErrorDetails, data: Mapping[str, Any]) -> Problem:
         return Problem(related[0], context["message"], related=related)
     if type_ == "extra_forbidden":
         model = _models()[_names(loc[:-1])]
-        keys = ", ".join(model.model_fields)
-        return Problem(path, f"expected one of the keys {keys}, found '{loc[-1]}'", at_key=True)
+        keys, name = ", ".join(model.model_fields), str(loc[-1])
+        hint = of_key(name, error["input"]) or meant(name, model.model_fields, _outside(loc))
+        return Problem(path, f"expected one of the keys {keys}, found '{name}'{hint}", at_key=True, hint=hint)
     if type_ == "missing":
         if isinstance(loc[-1], int):
             return Problem(path[:-1], f"expected 2 values, found {len(error['input'])}")
@@ -77,9 +96,11 @@ def _explain(error: ErrorDetails, data: Mapping[str, Any]) -> Problem:
         tags = [kind(model) for at, model in _models().items() if at[:-1] == _names(loc)]
         found = describe(error["input"].get(name))
         return Problem((*path, name), f"expected one of {', '.join(tags)}, found {found}")
+    hint = of_number(error["input"]) if type_ in ("float_type", "int_type") else ""
     if type_ in ("too_short", "too_long"):
         found = str(context["actual_length"])
-    return Problem(path, f"expected {_EXPECTED[type_](context)}, found {found}")
+        hint = of_length(error["input"], context.get("max_length", 0))
+    return Problem(path, f"expected {_EXPECTED[type_](context)}, found {found}{hint}", hint=hint)
 
 
 _EXPECTED: dict[str, Callable[[Mapping[str, Any]], str]] = {

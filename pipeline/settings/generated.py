@@ -44,10 +44,9 @@ class FlatSection(Section):
 
 
 class Generated(FlatSection):
-    """Base of sections made from one dataclass; ``source`` is that class, ``advice`` when to choose it."""
+    """Base of sections made from one dataclass, ``source``."""
 
     source: ClassVar[type]
-    advice: ClassVar[str] = ""
 
     def make(self, **given: Any) -> Any:
         """Make an instance of the dataclass; ``given`` are fields that no key holds."""
@@ -209,7 +208,7 @@ def section_with(cls: type, choice: str, more: Keys, *, default: bool = False) -
     common = {declared.key or each.name for each, declared in parameters(cls) if each.kw_only}
     named: Keys = {}
     if choice:
-        word = key(_phrase(summary(cls)), default=tag(cls) if default else ...)
+        word = key(phrase(summary(cls)), default=tag(cls) if default else ...)
         named = {choice: (Literal[tag(cls)], word)}
     keys: dict[str, Any] = {
         **{name: held[name] for name in held if name in common},
@@ -247,7 +246,7 @@ def summary(cls: type) -> str:
     return " ".join(cleandoc(cls.__doc__ or "").partition("\n\n")[0].split())
 
 
-def _phrase(sentence: str) -> str:
+def phrase(sentence: str) -> str:
     """Make a phrase of a sentence, as for a table."""
     words = re.sub(r"^(A|An|The) ", "", sentence.removesuffix("."))
     return words[:1].lower() + words[1:]

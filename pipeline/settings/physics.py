@@ -16,6 +16,7 @@ from pipeline.settings.generated import (
     alternatives_of,
     keys_of,
     made,
+    phrase,
     section_of,
     section_with,
     summary,
@@ -88,14 +89,13 @@ _SHORTHAND = keys_of(friction.Voellmy, optional=True)
 
 def _material() -> type[MaterialLaws]:
     """Make the section: one key for each parameter of a law, and those that choose a law."""
-    choices = {tag(law): summary(law) for law in earth_pressure.LAWS}
-    advice = " ".join(f"`{tag(law)}`: {law.advice}" for law in earth_pressure.LAWS)
+    choices = {tag(law): f"{phrase(summary(law))}; for {law.advice}" for law in earth_pressure.LAWS}
     keys: dict[str, Any] = {
         **keys_of(friction.Coulomb, optional=True),
         **{name: held for law in earth_pressure.LAWS for name, held in keys_of(law, optional=True).items()},
         "earth_pressure": (
             Literal[tuple(_PRESSURES)],
-            key("law of earth pressure", default=next(iter(_PRESSURES)), choices=choices, advice=advice),
+            key("law of earth pressure", default=next(iter(_PRESSURES)), choices=choices),
         ),
         **_SHORTHAND,
         "friction": (

@@ -5,7 +5,7 @@ from __future__ import annotations
 import types
 from collections.abc import Iterator, Mapping
 from math import isfinite
-from typing import Annotated, Any, Literal, Union, get_args, get_origin
+from typing import Annotated, Any, ClassVar, Literal, Union, get_args, get_origin
 
 from pydantic import BaseModel, ConfigDict, Discriminator, Field
 from pydantic_core import PydanticCustomError
@@ -20,8 +20,12 @@ ANY_KEY = "*"
 
 
 class Section(BaseModel):
-    """Base of all sections: frozen, no unknown keys, no conversions, finite numbers only."""
+    """Base of all sections: frozen, no unknown keys, no conversions, finite numbers only.
 
+    advice : when to choose this section, where there are others.
+    """
+
+    advice: ClassVar[str] = ""
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
 
 

@@ -48,7 +48,17 @@ Side = Annotated[
 class Boundaries(Section):
     """What stands at each side."""
 
-    x_min: Side = key("upslope side: `open`, `wall`, `no-slip` or `{depth: value in m}`", default="open")
+    x_min: Side = key(
+        "upslope side",
+        default="open",
+        choices={
+            "open": "lets material leave",
+            "wall": "no flow through it, free slip along it",
+            "no-slip": "no flow through it nor along it",
+            "{depth: value}": "holds a depth, m",
+        },
+        advice="Leave sides open where the flow should not reach them; what leaves is counted.",
+    )
     x_max: Side = key("downslope side, likewise", default="open")
     y_min: Side = key("side of lowest y, likewise", default="open")
     y_max: Side = key("side of highest y, likewise", default="open")
@@ -57,9 +67,16 @@ class Boundaries(Section):
 class Time(Section):
     """How long, and how often frames are kept."""
 
-    end: Positive = key("time to stop at", "s")
+    end: Positive = key(
+        "time to stop at",
+        "s",
+        advice="Long enough for everything to come to rest: with `stop_at_rest` a run ends by itself before.",
+    )
     output_every: Positive | None = key(
-        "time between frames, from 0; the end always is one. Default: a tenth of `end`", "s", None
+        "time between frames, from 0; the end always is one. Default: a tenth of `end`",
+        "s",
+        None,
+        advice="Maxima, arrival and deposit do not depend on it.",
     )
     stop_at_rest: bool = key("whether a run ends once everything is at rest", default=True)
     max_steps: Annotated[int, Field(gt=0)] | None = key(
@@ -90,6 +107,7 @@ class Output(Section):
         "depth above which a cell counts as reached or as deposit. Default: 1 % of the largest release depth",
         "m",
         None,
+        advice="Give it where runs of different volume are compared.",
     )
 
 

@@ -37,7 +37,7 @@ class EarthPressure(Checked):
 class Isotropic(EarthPressure):
     """Hydrostatic earth pressure, K = 1 in every state."""
 
-    advice: ClassVar[str] = "Wet debris flows and anything calibrated with Voellmy friction."
+    advice: ClassVar[str] = "wet debris flows, and values calibrated with Voellmy friction"
 
     def coefficients(self) -> PressureCoefficients:
         """All coefficients are 1."""
@@ -54,7 +54,7 @@ class MohrCoulomb(EarthPressure):
         If an angle is out of range or delta exceeds phi, where eq. 8 has no real root.
     """
 
-    advice: ClassVar[str] = "Dry granular flow."
+    advice: ClassVar[str] = "dry granular flow"
 
     internal_friction: float = parameter(
         "internal friction angle phi, at least `bed_friction`; needed with mohr-coulomb",

@@ -44,7 +44,7 @@ class Coulomb(Checked):
         If the angle is out of range.
     """
 
-    advice: ClassVar[str] = "Dry granular flow, laboratory chutes."
+    advice: ClassVar[str] = "dry granular flow and laboratory chutes"
 
     bed_friction: float = shared(BED_FRICTION)
 
@@ -56,7 +56,7 @@ class Coulomb(Checked):
 
 @parametric
 class Voellmy(Coulomb):
-    """Dry friction plus the turbulent drag g |u|^2 / turbulent_friction (Voellmy 1955).
+    """Dry friction plus the turbulent drag g (u^2 + v^2) / turbulent_friction (Voellmy 1955).
 
     Raises
     ------
@@ -64,7 +64,7 @@ class Voellmy(Coulomb):
         If the angle is out of range or the coefficient is not above 0.
     """
 
-    advice: ClassVar[str] = "Debris flows in practice, calibrated by observed events."
+    advice: ClassVar[str] = "debris flows in practice, with values calibrated by observed events"
 
     turbulent_friction: float = parameter(
         "Voellmy's turbulent friction xi", "m s-2", above=0, advice="Usually 100 to 1000 for debris flows."

@@ -112,7 +112,7 @@ class Plane(SlopeProfile):
         If the angle is not between -90 and 90.
     """
 
-    advice: ClassVar[str] = "Tests and exact solutions."
+    advice: ClassVar[str] = "tests and exact solutions"
 
     angle: float = shared(INCLINATION)
 
@@ -137,7 +137,7 @@ class Bend(SlopeProfile):
         If an angle is not between -90 and 90, ``start`` is not below ``end``, or the transition is unknown.
     """
 
-    advice: ClassVar[str] = "Laboratory chutes."
+    advice: ClassVar[str] = "laboratory chutes"
 
     angle: float = shared(INCLINATION, meaning="inclination above the bend")
     start: float = parameter("where the bend begins", "m")
@@ -193,7 +193,7 @@ class Segments(SlopeProfile):
         If there is no segment, an angle is not between -90 and 90, or joints overlap.
     """
 
-    advice: ClassVar[str] = "Slopes known by a few breaks; each joint at least a few spacings long."
+    advice: ClassVar[str] = "slopes known by a few breaks; a joint should span several points"
 
     segments: tuple[Segment, ...] = parameter(
         "segments from top to bottom; the first also holds above its start", min_items=1

@@ -47,7 +47,7 @@ class Table(SlopeProfile):
         not above 0.
     """
 
-    advice: ClassVar[str] = "Surveyed slopes."
+    advice: ClassVar[str] = "surveyed slopes"
 
     distances: Array
     elevations: Array
@@ -55,7 +55,7 @@ class Table(SlopeProfile):
         "horizontal length over which corners are rounded",
         "m",
         above=0,
-        advice="A few spacings of the table: shorter keeps steps of the survey, longer wears slopes away.",
+        advice="A few distances between points of the table: less keeps its steps, more flattens bends.",
     )
     with_curvature: bool = shared(CURVATURE, default=True)
 

@@ -150,7 +150,7 @@ class Round(Release):
 class Cap(Round):
     """A spherical cap."""
 
-    advice: ClassVar[str] = "A heap of known base and height."
+    advice: ClassVar[str] = "a heap of known base and height"
 
     radius: float = shared(RADIUS, meaning="radius of the base")
     height: float = shared(HEIGHT, meaning="depth at the centre, at most the radius")
@@ -191,7 +191,7 @@ class Cap(Round):
 class Hemisphere(Cap):
     """A half ball."""
 
-    advice: ClassVar[str] = "The laboratory chute."
+    advice: ClassVar[str] = "laboratory chutes"
 
     radius: float = shared(RADIUS)
     height: float = field(init=False)
@@ -205,7 +205,7 @@ class Hemisphere(Cap):
 class Paraboloid(Round):
     """An elliptic paraboloid."""
 
-    advice: ClassVar[str] = "A heap on an elliptic base."
+    advice: ClassVar[str] = "a heap on an elliptic base"
 
     radii: tuple[float, float] = parameter("half axes of the base along and across the bed", "m", above=0)
     height: float = shared(HEIGHT, meaning="depth at the centre")
@@ -231,7 +231,7 @@ class Paraboloid(Round):
 class Cylinder(Round):
     """A round column of constant depth."""
 
-    advice: ClassVar[str] = "A column that collapses."
+    advice: ClassVar[str] = "a column that collapses"
 
     radius: float = shared(RADIUS)
     height: float = shared(HEIGHT)
@@ -257,7 +257,7 @@ class Cylinder(Round):
 class Box(Release):
     """A box of constant depth."""
 
-    advice: ClassVar[str] = "A source area of a known mean depth, dam breaks."
+    advice: ClassVar[str] = "a source area of a known mean depth, and dam breaks"
 
     x: tuple[float, float] = parameter("extent along the bed", "m", ordered=True)
     y: tuple[float, float] = parameter("extent across the bed", "m", ordered=True)
