@@ -16,7 +16,7 @@ from pipeline.runs.shared_points import SharedPoints
 from pipeline.scenario import solver_objects
 from pipeline.scenario.scenario import Scenario
 from pipeline.scenario.strict_yaml import parse
-from pipeline.settings.scheme import WeightedResidual
+from pipeline.settings.physics import DEFAULT_SCHEME
 from pipeline.settings.section import Pair
 from pipeline.settings.settings import Domain
 from pipeline.store import zarr_store
@@ -103,7 +103,7 @@ def _released_anew(scenario: Scenario) -> bool:
 
 def _extent(run: Run) -> tuple[Pair, Pair]:
     """Bounds of a run's releases."""
-    x0, x1, y0, y1 = np.array([solver_objects.shape(r).extent for r in run.settings.releases]).T
+    x0, x1, y0, y1 = np.array([r.extent for r in solver_objects.releases(run.settings)]).T
     return (float(x0.min()), float(x1.max())), (float(y0.min()), float(y1.max()))
 
 
@@ -116,7 +116,7 @@ def _grown(box: _Box, spacing: float, sides: NDArray[np.bool_]) -> _Box:
 
 def _flow(scenario: Scenario, run: Run, around: _Box, wide: float) -> tuple[_Box, Pair, Pair]:
     """Do a run on a lattice that is made larger until it holds the flow; give its bounds and the flow's."""
-    settings = run.settings.model_copy(update={"scheme": WeightedResidual()})
+    settings = run.settings.model_copy(update={"scheme": DEFAULT_SCHEME})
     while True:
         lattice = Lattice(around.x, around.y, wide)
         if len(lattice.x_points) * len(lattice.y_points) > MOST_POINTS:

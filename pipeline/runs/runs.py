@@ -73,7 +73,10 @@ class Runs(Sequence[Run]):
     def __init__(self, scenario: Scenario) -> None:
         self.tables = scenario.tables
         self.design = design(scenario.settings)
-        self._data = scenario.settings.model_dump(exclude_unset=True, exclude=OF_ALL_RUNS)
+        self._data = {name: value for name, value in scenario.data.items() if name not in OF_ALL_RUNS}
+        if scenario.settings.domain is not None:
+            # given or found
+            self._data["domain"] = scenario.settings.domain.model_dump()
         self._names = tuple(coordinate_names(self.design.keys).values())
         self.paths = [path for key in self.design.keys if (path := path_of(key, self._data)) is not None]
 
@@ -94,7 +97,7 @@ class Runs(Sequence[Run]):
         for path, value in zip(self.paths, self.design[index], strict=True):
             changed = assign(changed, path, value)
         settings = Settings.model_validate(changed)
-        table = self.tables.get(getattr(settings.terrain, "file", ""))
+        table = self.tables.get(settings.table_file or "")
         return Run(index, self.parameters(index), settings, table)
 
     def parameters(self, index: int) -> dict[str, Value]:
@@ -123,9 +126,10 @@ def build_scene(run: Run, shared: SharedPoints) -> Prepared:
     from solver.scene import Boundaries, Scene
 
     settings = run.settings
-    points, scheme = shared.points, solver_objects.scheme(settings.scheme)
-    laid = initial_state([solver_objects.shape(release) for release in settings.releases], points)
+    points, scheme = shared.points, solver_objects.scheme(settings)
+    laid = initial_state(solver_objects.releases(settings), points)
     terrain = solver_objects.slope(settings.terrain, run.table)
+    friction, earth_pressure = settings.material.laws()
     sides = settings.boundaries
     scene = Scene(
         points=points,
@@ -133,8 +137,8 @@ def build_scene(run: Run, shared: SharedPoints) -> Prepared:
         depth=laid.depth,
         velocity_x=laid.velocity_x,
         velocity_y=laid.velocity_y,
-        friction=solver_objects.friction(settings.material),
-        earth_pressure=solver_objects.earth_pressure(settings.material),
+        friction=friction,
+        earth_pressure=earth_pressure,
         gravity=settings.gravity,
         boundaries=Boundaries(_held(sides.x_min), _held(sides.x_max), _held(sides.y_min), _held(sides.y_max)),
         scheme=scheme,

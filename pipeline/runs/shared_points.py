@@ -67,7 +67,7 @@ def made(settings: Settings, file: PointFile | None, runs: Iterable[Run]) -> Sha
     operators: dict[Hashable, Operators | None] = {}
     points = solver_objects.points(settings, file)
     for run in runs:
-        scheme = solver_objects.scheme(run.settings.scheme)
+        scheme = solver_objects.scheme(run.settings)
         kinds.add(kind_of(points, scheme))
         needed = key(points, scheme)
         if needed is not None and needed not in operators:

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel
 
-from pipeline.runs.runs import Prepared, Run, Runs, build_scene
+from pipeline.runs.runs import Prepared, Runs, build_scene
 from pipeline.runs.shared_points import SharedPoints
 from pipeline.scenario.design import return_periods, weights
+from pipeline.scenario.sweep import meaning_of
 from pipeline.settings.points import LatticePoints
 from pipeline.store import provenance
 from pipeline.store.layout import Template, group_size, run_bytes
@@ -113,7 +113,7 @@ def parameters(runs: Runs) -> list[tuple[Variable, NDArray[Any]]]:
     for key, name in zip(runs.design.keys, first.parameters, strict=True):
         values = [each[name] for each in swept]
         numeric = all(isinstance(v, int | float) and not isinstance(v, bool) for v in values)
-        unit, description = _meaning(first, key)
+        unit, description = meaning_of(key, first.settings)
         array = np.array(values, np.float64) if numeric else np.array([str(v) for v in values], object)
         found.append(
             (
@@ -130,19 +130,6 @@ def parameters(runs: Runs) -> list[tuple[Variable, NDArray[Any]]]:
             )
         )
     return found
-
-
-def _meaning(run: Run, key: str) -> tuple[str, str]:
-    """Give unit and description of a key, from the declaration of the last field on its way."""
-    at: Any = run.settings
-    for part in key.split("."):
-        if isinstance(at, BaseModel):
-            info = type(at).model_fields[part]
-            at = getattr(at, part)
-        else:
-            at = at[int(part)]
-    extra = info.json_schema_extra if isinstance(info.json_schema_extra, dict) else {}
-    return str(extra.get("unit", "")), info.description or ""
 
 
 def said(scenario: Scenario) -> dict[str, str]:

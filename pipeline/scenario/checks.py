@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path as FilePath
 from typing import Any, TypeVar
@@ -15,13 +15,16 @@ from pipeline.scenario.point_file import PointFile
 from pipeline.scenario.schema_errors import Problem, check
 from pipeline.scenario.strict_yaml import Document, Path
 from pipeline.scenario.sweep_checks import check_design
+from pipeline.settings.generated import Generated
 from pipeline.settings.points import FilePoints
-from pipeline.settings.release import AnyRelease
 from pipeline.settings.section import Pair
 from pipeline.settings.settings import Settings
-from pipeline.settings.terrain import Table
+from solver.release.shapes import Release
 
 T = TypeVar("T")
+# angles of friction, and what is rather a coefficient than an angle, degrees
+FRICTION_ANGLES = ("bed_friction", "internal_friction")
+LEAST_ANGLE = 1.0
 
 
 @dataclass
@@ -42,9 +45,11 @@ def check_document(document: Document, folder: FilePath) -> Checked:
     judge = _Judge(folder)
     problems = check(document.data)
     settings = None if isinstance(problems, list) else problems
+    sample = None if settings is None else settings.sample
     problems = problems if isinstance(problems, list) else judge.problems(problems)
     judge.lost.clear()
-    problems += check_design(document.data, problems, judge.check)
+    judge.flat.clear()
+    problems += check_design(document.data, sample, problems, judge.check)
     told = {(mistake.line, mistake.column) for mistake in document.mistakes}
     mistakes = [document.mistake(p.path, p.message, at_key=p.at_key) for p in problems]
     mistakes = [mistake for mistake in mistakes if (mistake.line, mistake.column) not in told]
@@ -64,6 +69,7 @@ class _Judge:
         self.mistakes: list[Mistake] = []
         self.lost: dict[Path, tuple[float, float]] = {}
         self.short: dict[Path, float] = {}
+        self.flat: dict[Path, float] = {}
         self.points: PointFile | None = None
         self.files: dict[str, Any] = {}
 
@@ -75,13 +81,16 @@ class _Judge:
     def problems(self, settings: Settings) -> list[Problem]:
         """List what is wrong with settings that keep to the schema."""
         problems = self._table(settings) + self._points(settings)
+        for name in FRICTION_ANGLES:
+            angle = getattr(settings.material, name)
+            if angle is not None and 0 < angle < LEAST_ANGLE:
+                self.flat["material", name] = angle
         if settings.domain is None:
             return problems
         extent = solver_objects.extent(settings)
-        for i, release in enumerate(settings.releases):
+        for i, release in enumerate(solver_objects.releases(settings)):
             path: Path = ("release", i) if isinstance(settings.release, tuple) else ("release",)
-            bare = release.model_copy(update={"volume": None, "velocity": (0.0, 0.0)})
-            whole, part = _lost(bare, extent)
+            whole, part = _lost(replace(release, volume=None, velocity=(0.0, 0.0)), extent)
             if part >= 1:
                 (x0, x1), (y0, y1) = settings.domain.x, settings.domain.y
                 found = (
@@ -104,7 +113,11 @@ class _Judge:
             (path, f"the table covers x from 0 to {length:.6g} m; beyond, its end slopes go on")
             for path, length in self.short.items()
         ]
-        return lost + short
+        flat = [
+            (path, f"{angle:g} degrees are nearly none; mu = {angle:g} is written as friction_coefficient")
+            for path, angle in self.flat.items()
+        ]
+        return lost + short + flat
 
     def _points(self, settings: Settings) -> list[Problem]:
         """Read the file of a ``file`` layout, once, and list what is wrong with its points."""
@@ -123,15 +136,14 @@ class _Judge:
 
     def _table(self, settings: Settings) -> list[Problem]:
         """Read the table of a ``table`` profile, once, and list what is wrong with it."""
-        terrain = settings.terrain
-        if not isinstance(terrain, Table):
+        if (name := settings.table_file) is None:
             return []
         path: Path = ("terrain", "file")
-        table = self._read(terrain.file, path, elevation_table.read)
+        table = self._read(name, path, elevation_table.read)
         if isinstance(table, list):
             return table
-        self.tables[terrain.file] = table
-        length = _length(terrain, table)
+        self.tables[name] = table
+        length = _length(settings.terrain, table)
         if settings.domain is not None and (settings.domain.x[0] < 0 or settings.domain.x[1] > length):
             self.short[path] = length
         return []
@@ -152,14 +164,13 @@ class _Judge:
 
 
 @lru_cache(maxsize=1024)
-def _lost(release: AnyRelease, extent: tuple[Pair, Pair]) -> tuple[float, float]:
+def _lost(shape: Release, extent: tuple[Pair, Pair]) -> tuple[float, float]:
     """Volume of a release, m3, and the part of it outside the domain, 1 where nothing is inside."""
-    shape = solver_objects.shape(release)
     return shape.shape_volume, shape.volume_outside(*extent) / shape.shape_volume
 
 
 @lru_cache(maxsize=1024)
-def _length(terrain: Table, table: ElevationTable) -> float:
+def _length(terrain: Generated, table: ElevationTable) -> float:
     """Arc length that a table covers, m."""
     slope = solver_objects.slope(terrain, table)
     return float(getattr(slope, "length", float("inf")))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 from math import prod
 from typing import TYPE_CHECKING, Any
@@ -100,15 +100,23 @@ def draw(sample: Sample) -> Draws:
     dict of str to tuple
         ``sample.rows`` values by key.
     """
-    return _drawn(sample.model_dump_json())
+    return _drawn(_Drawable(sample.model_dump_json(), sample))
+
+
+@dataclass(frozen=True)
+class _Drawable:
+    """A sample that is known by its JSON."""
+
+    text: str
+    sample: Sample = field(compare=False)
 
 
 @lru_cache(maxsize=8)
-def _drawn(text: str) -> Draws:
-    """Draw once what checks, hashes and every list of the runs ask for, by the sample as JSON."""
+def _drawn(given: _Drawable) -> Draws:
+    """Draw once what checks, hashes and every list of the runs ask for."""
     from scipy.special import ndtr, ndtri
 
-    sample = Sample.model_validate_json(text)
+    sample = given.sample
     uniform = _uniform(sample)
     if sample.correlations:
         scores = ndtri(uniform) @ np.linalg.cholesky(sample.correlation).T

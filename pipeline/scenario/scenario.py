@@ -33,6 +33,7 @@ class Scenario:
 
     settings : the file's content with defaults filled in, before any sweep.
     path, text : the file and what stands in it.
+    data : what stands in it, as plain data; lists are tuples.
     content : canonical JSON of everything that decides the result (tables and draws by digest; left out is
     what ``IRRELEVANT`` lists).
     digest : SHA-256 of ``content``, hexadecimal.
@@ -43,6 +44,7 @@ class Scenario:
     settings: Settings
     path: Path
     text: str
+    data: Mapping[str, Any]
     content: str
     digest: str
     tables: Mapping[str, ElevationTable]
@@ -87,6 +89,7 @@ def load(paths: Iterable[str | Path]) -> list[Scenario]:
                     checked.settings,
                     path,
                     text,
+                    document.data,
                     content,
                     digest,
                     checked.tables,

@@ -8,13 +8,13 @@ from typing import Annotated, Any, Literal, get_args
 from pydantic import Discriminator, Field, Tag, model_validator
 
 from pipeline.settings.hazard import Georeference, Hazard
+from pipeline.settings.physics import DEFAULT_SCHEME, AnyRelease, AnyScheme, AnyTerrain, Material
 from pipeline.settings.points import Points, Region
 from pipeline.settings.receptor import Receptor
-from pipeline.settings.release import AnyRelease
 from pipeline.settings.sample import Sample, Scalar
-from pipeline.settings.scheme import Collocation, Scheme, WeightedResidual
-from pipeline.settings.section import FrictionAngle, Positive, Section, key, relation
-from pipeline.settings.terrain import Terrain
+from pipeline.settings.section import Positive, Section, key, relation
+from solver.physics.constants import GRAVITY
+from solver.scheme import Collocation
 
 FieldName = Literal[
     "depth", "velocity_x", "velocity_y", "max_depth", "max_speed", "max_momentum_flux", "arrival_time",
@@ -26,39 +26,6 @@ FIELDS: tuple[FieldName, ...] = get_args(FieldName)
 
 class Domain(Region):
     """Bounds of the points; a lattice has points on them, and its cells reach half a spacing farther."""
-
-
-class Material(Section):
-    """Friction and earth pressure."""
-
-    bed_friction: FrictionAngle = key("bed friction angle", "degrees")
-    internal_friction: FrictionAngle | None = key(
-        "internal friction angle, at least `bed_friction`; needed with mohr-coulomb", "degrees", None
-    )
-    earth_pressure: Literal["mohr-coulomb", "isotropic"] = key(
-        "earth pressure coefficient: eqs. 8-11, or 1 everywhere", default="mohr-coulomb"
-    )
-    turbulent_friction: Positive | None = key(
-        "Voellmy's turbulent friction; Coulomb friction alone where it is left out", "m s-2", None
-    )
-
-    @model_validator(mode="after")
-    def _well_posed(self) -> Material:
-        if self.earth_pressure != "mohr-coulomb":
-            return self
-        if self.internal_friction is None:
-            raise relation(
-                "expected a value with earth_pressure mohr-coulomb, found nothing",
-                "internal_friction",
-                "earth_pressure",
-            )
-        if self.internal_friction < self.bed_friction:
-            found = (
-                f"expected at most internal_friction ({self.internal_friction:g}) with earth_pressure "
-                f"mohr-coulomb, found {self.bed_friction:g}"
-            )
-            raise relation(found, "bed_friction", "internal_friction", "earth_pressure")
-        return self
 
 
 class GivenDepth(Section):
@@ -81,7 +48,17 @@ Side = Annotated[
 class Boundaries(Section):
     """What stands at each side."""
 
-    x_min: Side = key("upslope side: `open`, `wall`, `no-slip` or `{depth: value in m}`", default="open")
+    x_min: Side = key(
+        "upslope side",
+        default="open",
+        choices={
+            "open": "lets material leave",
+            "wall": "no flow through it, free slip along it",
+            "no-slip": "no flow through it nor along it",
+            "{depth: value}": "holds a depth, m",
+        },
+        advice="Leave sides open where the flow should not reach them; what leaves is counted.",
+    )
     x_max: Side = key("downslope side, likewise", default="open")
     y_min: Side = key("side of lowest y, likewise", default="open")
     y_max: Side = key("side of highest y, likewise", default="open")
@@ -90,9 +67,16 @@ class Boundaries(Section):
 class Time(Section):
     """How long, and how often frames are kept."""
 
-    end: Positive = key("time to stop at", "s")
+    end: Positive = key(
+        "time to stop at",
+        "s",
+        advice="Long enough for everything to come to rest: with `stop_at_rest` a run ends by itself before.",
+    )
     output_every: Positive | None = key(
-        "time between frames, from 0; the end always is one. Default: a tenth of `end`", "s", None
+        "time between frames, from 0; the end always is one. Default: a tenth of `end`",
+        "s",
+        None,
+        advice="Maxima, arrival and deposit do not depend on it.",
     )
     stop_at_rest: bool = key("whether a run ends once everything is at rest", default=True)
     max_steps: Annotated[int, Field(gt=0)] | None = key(
@@ -123,6 +107,7 @@ class Output(Section):
         "depth above which a cell counts as reached or as deposit. Default: 1 % of the largest release depth",
         "m",
         None,
+        advice="Give it where runs of different volume are compared.",
     )
 
 
@@ -162,8 +147,8 @@ class Settings(Section):
         max_length=100,
     )
     description: str = key("what the scenario is, in a line", default="")
-    gravity: Positive = key("gravity; 1 for the paper's dimensionless cases", "m s-2", 9.81)
-    terrain: Terrain = key("shape of the bed")
+    gravity: Positive = key("gravity; 1 for the paper's dimensionless cases", "m s-2", GRAVITY)
+    terrain: AnyTerrain = key("shape of the bed")
     domain: Domain | None = key(
         "bounds of the points. Default: as far as the flow of any run comes, found by runs on wider spacing",
         default=None,
@@ -172,7 +157,7 @@ class Settings(Section):
     release: OneOrMany = key("what is released, one shape or a list of them")
     material: Material = key("friction and earth pressure")
     boundaries: Boundaries = key("what stands at each side", default=Boundaries())
-    scheme: Scheme = key("numerical choices", default=WeightedResidual())
+    scheme: AnyScheme = key("numerical choices", default=DEFAULT_SCHEME)
     time: Time = key("duration and frames")
     output: Output = key("what is kept", default=Output())
     sweep: dict[str, Annotated[tuple[Scalar, ...], Field(min_length=1)]] = key(
@@ -226,7 +211,7 @@ class Settings(Section):
 
     @model_validator(mode="after")
     def _possible(self) -> Settings:
-        if isinstance(self.scheme, Collocation):
+        if self.scheme.source is Collocation:
             for side, stands in self.boundaries:
                 if isinstance(stands, GivenDepth):
                     found = "expected open, wall or no-slip with form collocation, found a given depth"
@@ -286,6 +271,12 @@ class Settings(Section):
         """The domain, which is known once it was given or found."""
         assert self.domain is not None
         return self.domain
+
+    @property
+    def table_file(self) -> str | None:
+        """File of the elevation table, where the terrain is read from one."""
+        found: str | None = getattr(self.terrain, "file", None)
+        return found
 
     @property
     def releases(self) -> tuple[AnyRelease, ...]:

@@ -13,7 +13,7 @@ from solver.arrays import Array, Indices
 from solver.lmls.shape_functions import Approximation, approximation, diffuse, full
 from solver.points.cloud import PointCloud
 from solver.points.lattice import Lattice
-from solver.scene import DerivativeName
+from solver.scheme import DerivativeName
 
 Numbers = NDArray[np.int32]
 DERIVATIVES = {"full": full, "diffuse": diffuse}

@@ -20,6 +20,7 @@ from pipeline.scenario.scenario import load
 from pipeline.scenario.schema_errors import check
 from pipeline.scenario.strict_yaml import parse
 from pipeline.studies.stress import draws
+from solver.physics.constants import GRAVITY
 
 Data = draws.Data
 
@@ -75,7 +76,7 @@ def draw(seed: int, number: int) -> Drawn:
     rng = np.random.default_rng([seed, number])
     layout = draws.chosen(rng, LAYOUTS)
     kind = "collocation" if "collocation" in layout else "lattice" if layout == "lattice" else "cloud"
-    gravity = draws.rounded(9.81 if rng.random() < 0.4 else draws.log_uniform(rng, 1e-3, 30.0))
+    gravity = draws.rounded(GRAVITY if rng.random() < 0.4 else draws.log_uniform(rng, 1e-3, 30.0))
     radius = draws.rounded(draws.log_uniform(rng, 1e-2, 1e3))
     height, relief = draws.draw_height(rng, radius)
     across = draws.log_uniform(rng, LEAST_ACROSS[kind], MOST_ACROSS[kind])

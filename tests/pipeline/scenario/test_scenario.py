@@ -8,7 +8,7 @@ import pytest
 from pydantic import BaseModel, ValidationError
 from root import ROOT
 
-from pipeline.scenario import reference, solver_objects
+from pipeline.scenario import reference
 from pipeline.scenario.elevation_table import read
 from pipeline.scenario.scenario import differences, json_schema, load
 from pipeline.settings.settings import Settings
@@ -47,9 +47,9 @@ def test_defaults_are_filled_in(scenario_file):
 
 def test_the_defaults_of_the_scheme_are_those_of_the_solver(scenario_file):
     scheme = load([scenario_file()])[0].settings.scheme
-    assert solver_objects.scheme(scheme) == WeightedResidual()
+    assert scheme.make() == WeightedResidual()
     scheme = load([scenario_file(name="other", more="scheme: {form: collocation}\n")])[0].settings.scheme
-    assert solver_objects.scheme(scheme) == Collocation()
+    assert scheme.make() == Collocation()
 
 
 def test_settings_are_frozen(scenario_file):
