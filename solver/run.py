@@ -108,7 +108,7 @@ class Run(ABC):
     def _advance(self, target: float, max_steps: int) -> int: ...
 
     @abstractmethod
-    def rehearse(self, piece: int) -> None:
+    def warm_up(self, piece: int) -> None:
         """Call one of the `PIECES` kernels that take longest to compile, if there are; no step may follow."""
 
     def settle(self) -> None:

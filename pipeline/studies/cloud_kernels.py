@@ -99,7 +99,7 @@ def cloud_costs() -> tuple[list[Cost], float, float]:
         (
             update_run,
             (now, now, out, *about, run.area, buffers.gain, 0, cells, 0.5, DT),
-            _bytes(now, out, buffers.gain[:3], run.area, run.status.still, run.bed[:3]),
+            _bytes(now, out, buffers.gain[:3], run.area, run.status.static, run.bed[:3]),
             0,
         ),
         (

@@ -97,7 +97,7 @@ def reach(b: int, first: Indices, near: Indices, fluxed: Flags, sloped: Flags) -
 
 
 @kernel()
-def spread_blocks(still: Array, faces: Faces, blocks: Blocks, activity: Activity) -> int:
+def spread_blocks(static: Array, faces: Faces, blocks: Blocks, activity: Activity) -> int:
     """Find the blocks that take part in the step, and their runs; return the number of cells stepped."""
     moving, stepped, fluxed, sloped = activity.moving, activity.stepped, activity.fluxed, activity.sloped
     left, right, first, near = faces.left, faces.right, blocks.first, blocks.near
@@ -109,7 +109,7 @@ def spread_blocks(still: Array, faces: Faces, blocks: Blocks, activity: Activity
             reach(b, first, near, fluxed, sloped)
     for b in range(len(moving)):
         for s in range(faces.first_side[b], faces.first_side[b + 1]):
-            if still[faces.cells + s] == 0.0:
+            if static[faces.cells + s] == 0.0:
                 stepped[b] = 1
         inside = moving[b]
         for k in range(first[b], first[b + 1] if sloped[b] else first[b]):
@@ -120,7 +120,7 @@ def spread_blocks(still: Array, faces: Faces, blocks: Blocks, activity: Activity
         for f in range(faces.first[b], faces.first[b + 1]):
             there = int(right[f]) // LANES
             known = stepped[b] and stepped[there]
-            if not known and (still[left[f]] == 0.0 or still[right[f]] == 0.0):
+            if not known and (static[left[f]] == 0.0 or static[right[f]] == 0.0):
                 stepped[b] = stepped[there] = 1
     cells = 0
     for b in range(len(stepped)):
@@ -151,12 +151,12 @@ def moving_volume_exceeds(
     for r in range(activity.counts[0]):
         start, stop = activity.stepped_runs[r]
         for i in range(start, stop):
-            if status.still[i] == 0.0:
+            if status.static[i] == 0.0:
                 volume -= now.h[i] * area[i]
                 moves |= (now.u[i] != 0.0) | (now.v[i] != 0.0)
                 if moves and volume < 0.0:
                     return True
         for b in range(faces.first_side[start // LANES], faces.first_side[stop // LANES]):
-            if sides.kind[faces.side[b]] == DEPTH and status.still[faces.cells + b] == 0.0:
+            if sides.kind[faces.side[b]] == DEPTH and status.static[faces.cells + b] == 0.0:
                 return True
     return False

@@ -162,7 +162,7 @@ def fill_ghosts_beyond(
         f, side = faces.outer + b, faces.side[b]
         i, ghost, kind = int(faces.left[f]), int(faces.right[f]), sides.kind[side]
         if kind in (WALL, NO_SLIP):
-            h[ghost] = max(0.0, h[i] + faces.geometry[2, f] * sides.lean[side] / beta_x[i])
+            h[ghost] = max(0.0, h[i] + faces.geometry[2, f] * sides.excess[side] / beta_x[i])
         else:
             h[ghost] = sides.depth[side] if kind == DEPTH else h[i]
         u[ghost] = -u[i] if kind == NO_SLIP or (kind == WALL and side < 2) else u[i]

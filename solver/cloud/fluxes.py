@@ -8,10 +8,11 @@ import numpy as np
 
 from solver.arrays import Array
 from solver.cloud.faces import Faces, all_aligned, whole_blocks
-from solver.cloud.reconstruction import sides_shown
+from solver.cloud.reconstruction import face_states
 from solver.compiled import ONE, ZERO, kernel
+from solver.kernels.boundary import boundary_flux
 from solver.kernels.riemann import hll
-from solver.kernels.state import LANES, NO_SLIP, OPEN, WALL, FaceValues, Fields, Fluxes, Sides, Status, whole
+from solver.kernels.state import LANES, NO_SLIP, WALL, FaceValues, Fields, Fluxes, Sides, Status, whole
 
 # Faces taken at a time: what passes between the loops over them stays in the nearest caches.
 CHUNK = 256
@@ -25,7 +26,7 @@ class CloudBuffers(NamedTuple):
     along x and y with the pressure times the cell's own beta, m4 s-2. pressed : (faces,), of the HLL mean of
     h^2/2, m2. gain : (4, cells), sums of the three around each cell, and the volume that leaves it, m3 s-1.
     rate : (cells,), of the waves that leave each cell, s-1. rationed : (blocks,), flags.
-    low, high, still, push, chunk : of a chunk of faces.
+    low, high, static, push, chunk : of a chunk of faces.
     """
 
     slopes: Array
@@ -36,7 +37,7 @@ class CloudBuffers(NamedTuple):
     rationed: Array
     low: FaceValues
     high: FaceValues
-    still: Array
+    static: Array
     push: Array
     chunk: Fluxes
 
@@ -101,7 +102,7 @@ def fluxes_through(
 ) -> None:
     """HLL fluxes through a run of faces, all of them inner faces or none."""
     # taken out of their tuples once: each time counts references to all arrays in them
-    low, high, still, push, chunk = buffers.low, buffers.high, buffers.still, buffers.push, buffers.chunk
+    low, high, static, push, chunk = buffers.low, buffers.high, buffers.static, buffers.push, buffers.chunk
     _, h_low, _, n_low, _, t_low, c_low = low
     h_high, _, n_high, _, t_high, _, c_high = high
     mass, normal, tangential, pressure = chunk
@@ -112,7 +113,7 @@ def fluxes_through(
     for start in range(first // LANES * LANES, last, CHUNK):
         count = min(CHUNK, last - start)
         lanes = whole(count)
-        sides_shown(
+        face_states(
             now,
             slopes,
             status,
@@ -130,12 +131,12 @@ def fluxes_through(
             n_high,
             t_high,
             c_high,
-            still,
+            static,
             push,
         )
         if outer:
             mirror_at_walls(faces, sides, start, count, low, high)
-        hll(low, ZERO, high, ZERO, still, ZERO, CHUNK * ONE, lanes, dry, chunk, ZERO)
+        hll(low, ZERO, high, ZERO, static, ZERO, CHUNK * ONE, lanes, dry, chunk, ZERO)
         if outer:
             restrict_at_sides(now, faces, sides, start, count, low.c, chunk)
         halve(geometry, mass, normal, tangential, pressure, push, start, lanes, halves, pressed)
@@ -157,15 +158,13 @@ def mirror_at_walls(
 def restrict_at_sides(
     now: Fields, faces: Faces, sides: Sides, start: int, count: int, c: Array, chunk: Fluxes
 ) -> None:
-    """Impose on boundary faces what their side allows, as `solver.kernels.boundary.restrict`."""
+    """Impose on boundary faces what their side allows, as `solver.kernels.boundary.boundary_flux`."""
     for k in range(count):
         f = start + k
         kind, i = sides.kind[faces.side[f - faces.outer]], int(faces.left[f])
-        if kind == OPEN and chunk.mass[k] < 0.0:
-            chunk.mass[k] = chunk.normal[k] = chunk.tangential[k] = 0.0
-        elif kind == WALL:
-            chunk.mass[k] = chunk.tangential[k] = 0.0
-        elif kind == NO_SLIP:
-            n_x, n_y = faces.geometry[0, f], faces.geometry[1, f]
-            n, t = n_x * now.u[i] + n_y * now.v[i], n_x * now.v[i] - n_y * now.u[i]
-            chunk.mass[k], chunk.tangential[k] = 0.0, (abs(n) + c[k]) * now.h[i] * t
+        n_x, n_y = faces.geometry[0, f], faces.geometry[1, f]
+        n, t = n_x * now.u[i] + n_y * now.v[i], n_x * now.v[i] - n_y * now.u[i]
+        flux = chunk.mass[k], chunk.normal[k], chunk.tangential[k]
+        chunk.mass[k], chunk.normal[k], chunk.tangential[k] = boundary_flux(
+            flux, kind, 1.0, now.h[i], n, t, c[k]
+        )

@@ -16,8 +16,9 @@ from solver.cloud.faces import ROOM, Faces, beyond, fill_ghosts_beyond, half_of
 from solver.cloud.fluxes import CloudBuffers, fluxes_through
 from solver.cloud.reconstruction import Gradient, flatten_fed, slopes_at
 from solver.compiled import kernel
-from solver.kernels.source_terms import braked, drag_row, loaded
-from solver.kernels.state import HELD, LANES, SPARE, CloudBed, Fields, Material, Sides, Status
+from solver.kernels.boundary import account
+from solver.kernels.source_terms import acting_depth, update_cell
+from solver.kernels.state import BELOW_YIELD, LANES, RETAINED, CloudBed, Fields, Material, Sides, Status
 
 # Blocks taken at a time, so that their fluxes are still at hand when their cells are updated.
 SEGMENT = 64
@@ -60,7 +61,7 @@ def short(h: Array, lost: Array, area: Array, start: int, stop: int, dt: float) 
     count = 0
     for k in range(start, stop):
         i = np.uint64(k)
-        count |= 1 if lost[i] * dt > (1.0 - SPARE) * h[i] * area[i] else 0
+        count |= 1 if lost[i] * dt > (1.0 - RETAINED) * h[i] * area[i] else 0
     return count > 0
 
 
@@ -78,7 +79,7 @@ def ration(
     """Scale what leaves cells of a run to what they can afford, pressure apart; flag the blocks around."""
     halves, n = buffers.halves, faces.faces
     for i in range(start, stop):
-        lost, most = buffers.gain[3, i] * dt, (1.0 - SPARE) * now.h[i] * area[i]
+        lost, most = buffers.gain[3, i] * dt, (1.0 - RETAINED) * now.h[i] * area[i]
         if lost <= most:
             continue
         keep = most / lost
@@ -93,7 +94,7 @@ def ration(
             for side in range(2):
                 q, cell = (f, int(faces.left[f])) if side == 0 else (f + n, int(faces.right[f]))
                 pressed = (2 * side - 1) * faces.geometry[6, f] * buffers.pressed[f]
-                if status.still[cell] == HELD:
+                if status.static[cell] == BELOW_YIELD:
                     pressed = 0.0
                 push_x = pressed * faces.geometry[0, f] * status.beta_x[cell]
                 push_y = pressed * faces.geometry[1, f] * status.beta_y[cell]
@@ -117,22 +118,27 @@ def update_run(
     part: float,
     dt: float,
 ) -> None:
-    """Update a run of cells, then apply friction, as `solver.lattice.residual.update_row`."""
-    dry, braking = material.dry, part * dt * material.tangent
+    """Update a run of cells, as `solver.kernels.source_terms.update_cell` does one.
+
+    gain : (4, cells) array, sums over the faces of a cell, pressure among them, as of `CloudBuffers`.
+    """
     for k in range(first, last):
         i = np.uint64(k)
-        h_0, h_1, u_1, v_1 = start.h[i], now.h[i], now.u[i], now.v[i]
-        over = 1.0 / area[i]
-        load = loaded(h_1, h_1 + dt * (gain[0, i] * over))
-        pull = 0.0 if status.still[i] == HELD else bed.along[i] * load
-        hu, hv = h_0 * start.u[i], h_0 * start.v[i]
-        h = h_0 + part * ((h_1 - h_0) + dt * (gain[0, i] * over))
-        hu += part * ((h_1 * u_1 - hu) + dt * (gain[1, i] * over + pull))
-        hv += part * ((h_1 * v_1 - hv) + dt * (gain[2, i] * over))
-        per_depth = braked(hu, hv, h, u_1, load, bed.normal[i], bed.curvature[i], braking, dry)
-        out.h[i], out.u[i], out.v[i] = h, hu * per_depth, hv * per_depth
-    if material.drag > 0.0:
-        drag_row(out, first, last - first, part * dt * material.drag)
+        h, over = now.h[i], 1.0 / area[i]
+        transport = gain[0, i] * over, gain[1, i] * over, gain[2, i] * over
+        load = acting_depth(h, h + dt * transport[0])
+        pull = 0.0 if status.static[i] == BELOW_YIELD else bed.along[i] * load
+        out.h[i], out.u[i], out.v[i] = update_cell(
+            (start.h[i], start.u[i], start.v[i]),
+            (h, now.u[i], now.v[i]),
+            transport,
+            (pull, 0.0),
+            (bed.normal[i], bed.curvature[i]),
+            load,
+            part,
+            dt,
+            material,
+        )
 
 
 @kernel()
@@ -200,8 +206,4 @@ def cloud_stage(
                 buffers.rationed[block] = 0.0
     for r in range(activity.counts[0]):
         for s in range(first_side[runs[r, 0] // LANES], first_side[runs[r, 1] // LANES]):
-            leaving = -buffers.halves[0, faces.outer + s] * share * dt
-            if leaving > 0.0:
-                ledger[faces.side[s], 1] += leaving
-            else:
-                ledger[faces.side[s], 0] -= leaving
+            account(-buffers.halves[0, faces.outer + s] * share * dt, faces.side[s], ledger)

@@ -105,14 +105,14 @@ class CloudRun(Run):
             )
         )
 
-    def rehearse(self, piece: int) -> None:
+    def warm_up(self, piece: int) -> None:
         """Classify the cells, or take a stage of no length."""
         about = self.status, self.bed, self.material, self.sides
         faces, tables, buffers = self.faces, self.operators.tables, self.buffers
         if piece == 0:
             near = faces, tables.gradient, self.area, tables.widths, self.activity
             classify_cloud(self.now, buffers.slopes, *about, *near, buffers.rate)
-            spread_blocks(self.status.still, faces, tables.blocks, self.activity)
+            spread_blocks(self.status.static, faces, tables.blocks, self.activity)
             return
         steps = self.area, faces, tables.gradient, self.activity, 1.0, 1.0, 0.0
         cloud_stage(self.now, self.now, self.stages[0], *about, *steps, buffers, self.progress.ledger, True)

@@ -85,7 +85,7 @@ def advance_cloud(
             activity,
             buffers.rate,
         )
-        cells = spread_blocks(status.still, faces, blocks, activity)
+        cells = spread_blocks(status.static, faces, blocks, activity)
         started = progress.steps[0] > 0
         if not moving_volume_exceeds(now, status, area, sides, faces, activity, rest_volume, started):
             return AT_REST

@@ -54,7 +54,7 @@ def images_of(operators: CollocationOperators, sides: Sides) -> Images:
     """
     if (sides.kind == DEPTH).any():
         raise ValueError("the collocation form knows no given depth at a side")
-    if (sides.lean[sides.kind != OPEN] != 0).any():
+    if (sides.excess[sides.kind != OPEN] != 0).any():
         raise ValueError("the collocation form knows no walls across a slope steeper than friction")
     sign, outward = np.ones(operators.beyond.shape), np.zeros(operators.beyond.shape, dtype=np.int64)
     for axis in (0, 1):
@@ -179,7 +179,7 @@ class CollocationRun(Run):
             )
         )
 
-    def rehearse(self, piece: int) -> None:
+    def warm_up(self, piece: int) -> None:
         """Do nothing: no kernel takes long."""
 
     @property

@@ -12,8 +12,8 @@ from solver.collocation.residual import (
     account_open,
     choose,
     derivatives,
-    earth_pressure,
     fill_images,
+    set_pressure,
     update,
     velocities,
 )
@@ -79,7 +79,7 @@ def advance_collocation(
             chosen = scratch.chosen[:count]
             derivatives(now, chosen, stencils, scratch.gains)
             if k == 0:
-                rate = earth_pressure(now, chosen, stencils, bed, material, scratch.beta)
+                rate = set_pressure(now, chosen, stencils, bed, material, scratch.beta)
                 dt = step_length(rate, cfl, remaining, shortest)
                 if dt == 0.0:
                     return COLLAPSED

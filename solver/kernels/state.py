@@ -8,13 +8,13 @@ from solver.arrays import Array, Indices
 from solver.compiled import kernel
 
 # What a cell must keep in one stage, as a share of its depth, so that round-off cannot make it negative.
-SPARE = 1e-12
+RETAINED = 1e-12
 
 # Round-off allowed where a drive exactly at the friction limit must count as held (slope = friction angle).
-HOLDS = 1.0 + 1e-12
+YIELD_TOLERANCE = 1.0 + 1e-12
 
-# Why a cell counts as still (`solver.lattice.status.Status`): it is dry, or friction holds it.
-DRY, HELD = 1.0, 2.0
+# Why a cell counts as static (`solver.lattice.status.Status`): it is dry, or friction holds it.
+DRY, BELOW_YIELD = 1.0, 2.0
 
 GHOSTS = 2
 OPEN, WALL, NO_SLIP, DEPTH = 0, 1, 2, 3
@@ -53,7 +53,7 @@ class Sides(NamedTuple):
 
     kind: Indices
     depth: Array
-    lean: Array
+    excess: Array
 
 
 class Fluxes(NamedTuple):
@@ -113,12 +113,12 @@ class Material(NamedTuple):
 class Status(NamedTuple):
     """What each cell is in this step, flat arrays of the padded lattice.
 
-    beta_x, beta_y : g cos(xi) K (eq. 7), m s-2. still : DRY, HELD by friction, else 0.
+    beta_x, beta_y : g cos(xi) K (eq. 7), m s-2. static : DRY, BELOW_YIELD by friction, else 0.
     """
 
     beta_x: Array
     beta_y: Array
-    still: Array
+    static: Array
 
 
 class CloudBed(NamedTuple):

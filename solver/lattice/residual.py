@@ -12,23 +12,24 @@ visited: a span of each row, found at the start of the step in `solver.lattice.s
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
 from solver.arrays import Array, Indices
 from solver.compiled import ONE, kernel
-from solver.kernels.boundary import account, restrict
+from solver.kernels.boundary import account, boundary_flux
 from solver.kernels.riemann import hll
-from solver.kernels.source_terms import braked, drag_row, loaded
+from solver.kernels.source_terms import acting_depth, update_cell
 from solver.kernels.state import (
     AXIS,
+    BELOW_YIELD,
     EVEN,
     GHOSTS,
-    HELD,
     LANES,
     MIDLINE,
-    SPARE,
+    RETAINED,
     Bed,
     FaceValues,
     Fields,
@@ -54,7 +55,7 @@ class Buffers(NamedTuple):
     along, across : face values of one row along x, and of two rows along y.
     x_fluxes, y_fluxes : ring of rows; the face with the index of a cell is the one before it along x, and the
     one after it along y.
-    keep : ring of rows of the share of its outflow that a cell can afford.
+    keep : ring of rows of the share of its outflow that leaves the cell a depth.
     """
 
     along: FaceValues
@@ -65,7 +66,7 @@ class Buffers(NamedTuple):
 
 
 @kernel(unaliased=True)
-def afford(
+def outflow_limits(
     h: Array,
     cell: int,
     count: int,
@@ -79,7 +80,7 @@ def afford(
     keep: Array,
     to: int,
 ) -> bool:
-    """Share of its outflow that each cell of a row can afford in dt (s) without drying out.
+    """Share of its outflow that each cell of a row can lose in dt (s) without drying out.
 
     Parameters
     ----------
@@ -93,7 +94,7 @@ def afford(
     Returns
     -------
     bool
-        True if some cell cannot afford all of it.
+        True if some cell cannot lose all of it.
     """
     over_x, over_y = dt / grid.dx, dt / grid.dy
     short = 0
@@ -103,21 +104,21 @@ def afford(
         s, n = y_mass[np.uint64(south) + i], y_mass[np.uint64(north) + i]
         out_x = (e if e > 0.0 else 0.0) - (w if w < 0.0 else 0.0)
         out_y = (n if n > 0.0 else 0.0) - (s if s < 0.0 else 0.0)
-        loss, most = out_x * over_x + out_y * over_y, (1.0 - SPARE) * h[np.uint64(cell) + i]
+        loss, most = out_x * over_x + out_y * over_y, (1.0 - RETAINED) * h[np.uint64(cell) + i]
         short |= 1 if loss > most else 0
     if short == 0:
         return False
     for k in range(count):
         w, e, s, n = x_mass[west + k], x_mass[west + 1 + k], y_mass[south + k], y_mass[north + k]
         loss = (max(e, 0.0) - min(w, 0.0)) * over_x + (max(n, 0.0) - min(s, 0.0)) * over_y
-        most = (1.0 - SPARE) * h[cell + k]
+        most = (1.0 - RETAINED) * h[cell + k]
         keep[to + k] = most / loss if loss > most else 1.0
     return True
 
 
 @kernel()
 def scale(fluxes: Fluxes, at: int, keep: Array, low: int, high: int, count: int) -> None:
-    """Multiply mass and momentum fluxes by the share that the cell they leave can afford; pressure stays.
+    """Multiply mass and momentum fluxes by the share of its outflow that a cell is left; pressure stays.
 
     A face that carries no mass leaves no cell, and keeps the impulse of a wall or of two flows that meet.
     """
@@ -127,6 +128,38 @@ def scale(fluxes: Fluxes, at: int, keep: Array, low: int, high: int, count: int)
         fluxes.mass[at + k] *= share
         fluxes.normal[at + k] *= share
         fluxes.tangential[at + k] *= share
+
+
+@kernel()
+def restrict(
+    fluxes: Fluxes,
+    at: int,
+    h: Array,
+    n: Array,
+    t: Array,
+    beta: Array,
+    cell: int,
+    count: int,
+    kind: int,
+    outward: float,
+) -> None:
+    """Impose on a run of boundary faces what their side allows, as `solver.kernels.boundary.boundary_flux`.
+
+    Parameters
+    ----------
+    fluxes, at
+        Fluxes, changed in place, and the index of the first boundary face.
+    h, n, t, beta : flat arrays
+        Depth (m), normal and tangential velocity (m s-1), g cos(xi) K (m s-2).
+    cell, count : int
+        Index of the first cell inside, number of faces.
+    """
+    for k in range(count):
+        f, i = at + k, cell + k
+        flux = fluxes.mass[f], fluxes.normal[f], fluxes.tangential[f]
+        fluxes.mass[f], fluxes.normal[f], fluxes.tangential[f] = boundary_flux(
+            flux, kind, outward, h[i], n[i], t[i], math.sqrt(beta[i] * h[i])
+        )
 
 
 @kernel()
@@ -170,7 +203,7 @@ def stage(
     room = m + LANES
     along, across, x_fluxes, y_fluxes, keep = buffers
     h, u, v = now
-    beta_x, beta_y, still = status
+    beta_x, beta_y, static = status
     x_mass, y_mass = x_fluxes.mass, y_fluxes.mass
     west, east, low, high = sides.kind[0], sides.kind[1], sides.kind[2], sides.kind[3]
     fill_ghosts(now, beta_x, beta_y, sides, grid, spans, first, last)
@@ -188,7 +221,7 @@ def stage(
                 (j % 2) * room + a,
                 across,
                 ((j + 1) % 2) * room + a,
-                still,
+                static,
                 j * m + a,
                 m,
                 whole(b - a),
@@ -209,7 +242,7 @@ def stage(
                 a - 1,
                 along,
                 a,
-                still,
+                static,
                 j * m + a - 1,
                 ONE,
                 whole(b - a + 1),
@@ -221,7 +254,7 @@ def stage(
                 restrict(x_fluxes, ring + a, h, u, v, beta_x, j * m + a, ONE, west, -1.0)
             if b == m - GHOSTS:
                 restrict(x_fluxes, ring + b, h, u, v, beta_x, j * m + b - 1, ONE, east, 1.0)
-            short = afford(
+            short = outflow_limits(
                 h,
                 j * m + a,
                 b - a,
@@ -242,9 +275,9 @@ def stage(
                 keep[ring + a - 1] = keep[ring + b] = 1.0
                 scale(x_fluxes, ring + a, keep, ring + a - 1, ring + a, b - a + 1)
             if a == GHOSTS:
-                account(x_mass, ring + a, ONE, -1.0, images(sides, j) * share * dt * grid.dy, ledger[0])
+                account(images(sides, j) * share * dt * grid.dy * -x_mass[ring + a], 0, ledger)
             if b == m - GHOSTS:
-                account(x_mass, ring + b, ONE, 1.0, images(sides, j) * share * dt * grid.dy, ledger[1])
+                account(images(sides, j) * share * dt * grid.dy * x_mass[ring + b], 1, ledger)
         if short or short_before:
             a, b = hull(spans, j - 1, j)
             for row in (j - 1, j):
@@ -279,12 +312,12 @@ def stage(
             dt,
             grid,
         )
-        if material.drag > 0.0:
-            drag_row(out, row * m + a, b - a, part * dt * material.drag)
         if row == GHOSTS and low not in (AXIS, MIDLINE):
-            account(y_mass, south, b - a, -1.0, share * dt * grid.dx, ledger[2])
+            for k in range(south, south + b - a):
+                account(share * dt * grid.dx * -y_mass[k], 2, ledger)
         if row == grid.rows - GHOSTS - 1:
-            account(y_mass, below + a, b - a, 1.0, images(sides, row) * share * dt * grid.dx, ledger[3])
+            for k in range(below + a, below + b):
+                account(images(sides, row) * share * dt * grid.dx * y_mass[k], 3, ledger)
 
 
 @kernel()
@@ -307,12 +340,7 @@ def update_row(
     dt: float,
     grid: Grid,
 ) -> None:
-    """Update a run of cells: ``U = U_0 + part (U_1 - U_0 + dt L(U_1))``, then friction over ``part dt``.
-
-    The convex combination comes first, then friction as a force of at most
-    ``h tan(delta) max(0, g cos xi + kappa u^2)`` against the motion, so that it stops a cell exactly. It acts
-    on the depth that gravity acts on: with the new depth instead, a front would feel friction before gravity
-    and lag.
+    """Update a run of cells, as `solver.kernels.source_terms.update_cell` does one.
 
     Parameters
     ----------
@@ -324,29 +352,30 @@ def update_row(
         Fluxes and the indices of the first cell's faces.
     """
     over_x, over_y = 1.0 / grid.dx, 1.0 / grid.dy
-    dry, braking = material.dry, part * dt * material.tangent
     one = np.uint64(1)
     for k in range(count):
         k_ = np.uint64(k)
         i, c = np.uint64(cell) + k_, np.uint64(column) + k_
         w, s, n = np.uint64(west) + k_, np.uint64(south) + k_, np.uint64(north) + k_
         e = w + one
-        h_0, h_1 = start.h[i], now.h[i]
+        h = now.h[i]
         gain = (x_fluxes.mass[w] - x_fluxes.mass[e]) * over_x + (y_fluxes.mass[s] - y_fluxes.mass[n]) * over_y
         gain_u = (x_fluxes.normal[w] - x_fluxes.normal[e]) * over_x
         gain_u += (y_fluxes.tangential[s] - y_fluxes.tangential[n]) * over_y
-        free = 0.0 if status.still[i] == HELD else 1.0
-        load = loaded(h_1, h_1 + dt * gain)
-        drive_u = (
-            status.beta_x[i] * (x_fluxes.pressure[w] - x_fluxes.pressure[e]) * over_x + bed.along[c] * load
-        )
-        gain_u += free * drive_u
         gain_v = (x_fluxes.tangential[w] - x_fluxes.tangential[e]) * over_x
         gain_v += (y_fluxes.normal[s] - y_fluxes.normal[n]) * over_y
-        gain_v += free * (status.beta_y[i] * (y_fluxes.pressure[s] - y_fluxes.pressure[n]) * over_y)
-        hu, hv = h_0 * start.u[i], h_0 * start.v[i]
-        h = h_0 + part * ((h_1 - h_0) + dt * gain)
-        hu += part * ((h_1 * now.u[i] - hu) + dt * gain_u)
-        hv += part * ((h_1 * now.v[i] - hv) + dt * gain_v)
-        per_depth = braked(hu, hv, h, now.u[i], load, bed.normal[c], bed.curvature[c], braking, dry)
-        out.h[i], out.u[i], out.v[i] = h, hu * per_depth, hv * per_depth
+        free = 0.0 if status.static[i] == BELOW_YIELD else 1.0
+        load = acting_depth(h, h + dt * gain)
+        push_x = status.beta_x[i] * (x_fluxes.pressure[w] - x_fluxes.pressure[e]) * over_x
+        push_y = status.beta_y[i] * (y_fluxes.pressure[s] - y_fluxes.pressure[n]) * over_y
+        out.h[i], out.u[i], out.v[i] = update_cell(
+            (start.h[i], start.u[i], start.v[i]),
+            (h, now.u[i], now.v[i]),
+            (gain, gain_u, gain_v),
+            (free * (push_x + bed.along[c] * load), free * push_y),
+            (bed.normal[c], bed.curvature[c]),
+            load,
+            part,
+            dt,
+            material,
+        )

@@ -107,7 +107,7 @@ class LatticeRun(Run):
         self.window_sides = Sides(
             np.where(self.inner, OPEN, self.part.sides(self.sides.kind)),
             np.where(self.inner, 0.0, self.sides.depth),
-            np.where(self.inner, 0.0, self.sides.lean),
+            np.where(self.inner, 0.0, self.sides.excess),
         )
         columns = np.arange(window.west - GHOSTS, window.east + GHOSTS).clip(window.west, window.east - 1)
         self.bed = Bed(*(values[columns] for values in self.columns))
@@ -203,7 +203,7 @@ class LatticeRun(Run):
                 self._grow()
         return outcome
 
-    def rehearse(self, piece: int) -> None:
+    def warm_up(self, piece: int) -> None:
         """Classify the cells, or take a stage of no length."""
         before = self.now, self.status, self.bed, self.material, self.window_sides, self.grid
         if piece == 0:

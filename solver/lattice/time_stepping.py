@@ -80,10 +80,10 @@ def advance(
         if progress.steps[0] >= max_steps:
             return OUT_OF_STEPS
         rate = classify(now, status, bed, material, sides, grid, spans)
-        first, last, cells = spread(spans, status.still, sides, grid)
+        first, last, cells = spread(spans, status.static, sides, grid)
         started = progress.steps[0] > 0
         if first > last or not moving_volume_exceeds(
-            now, status.still, spans, sides, grid, rest_volume, started
+            now, status.static, spans, sides, grid, rest_volume, started
         ):
             return AT_REST
         if comes_to(spans.stepped, grid, inner, first, last):

@@ -11,7 +11,7 @@ import numpy as np
 
 from solver.physics.friction import Voellmy
 
-SPARE, HOLDS = 1e-12, 1 + 1e-12
+RETAINED, YIELD_TOLERANCE = 1e-12, 1 + 1e-12
 INNER = np.s_[2:-2, 2:-2]
 
 
@@ -129,7 +129,7 @@ def face_values(h, n, t, dry, beta):
     return (low, high, *normal, *tangential)
 
 
-def hll(a, p, s, b, q, t, c_a, c_b, still_a, still_b, dry):
+def hll(a, p, s, b, q, t, c_a, c_b, static_a, static_b, dry):
     """Harten, Lax & van Leer between (depth, normal, tangential) = (a, p, s) and (b, q, t), wave speeds c."""
     slow = np.minimum(np.minimum(np.where(a > dry, p - c_a, q - 2 * c_b), q - c_b), 0)
     fast = np.maximum(np.maximum(np.where(b > dry, q + c_b, p + 2 * c_a), p + c_a), 0)
@@ -140,16 +140,16 @@ def hll(a, p, s, b, q, t, c_a, c_b, still_a, still_b, dry):
 
     mass, impulse = mean(a * p, b * q, b - a), mean(a * p**2, b * q**2, b * q - a * p)
     pressure = mean(a**2, b**2, 0) / 2
-    # from a still cell only what its neighbour pushes toward it crosses the face
+    # from a static cell only what its neighbour pushes toward it crosses the face
     from_b = mass < 0
-    giver_still, taker_still = np.where(from_b, still_b, still_a), np.where(from_b, still_a, still_b)
+    giver_static, taker_static = np.where(from_b, static_b, static_a), np.where(from_b, static_a, static_b)
     depth, speed = np.where(from_b, a, b), np.where(from_b, p, q)
-    pushes = (np.where(from_b, speed, -speed) > 0) & (taker_still == 0)
-    held = (giver_still > 0) & (mass != 0)
+    pushes = (np.where(from_b, speed, -speed) > 0) & (taker_static == 0)
+    held = (giver_static > 0) & (mass != 0)
     entering = np.where(pushes, depth * speed, 0.0)
     mass = np.where(held, entering, mass)
     normal = np.where(held, entering * speed, impulse)
-    pressure = np.where(held, np.where(giver_still == 2, depth, np.minimum(a, b)) ** 2 / 2, pressure)
+    pressure = np.where(held, np.where(giver_static == 2, depth, np.minimum(a, b)) ** 2 / 2, pressure)
     return Flux(mass, normal, mass * np.where(mass > 0, s, t), pressure)
 
 
@@ -169,9 +169,9 @@ def bounded(flux, h, n, t, beta, low, high):
     return Flux(mass, normal, tangential, pressure)
 
 
-def fluxes(state, beta, still, low, high, dry):
+def fluxes(state, beta, static, low, high, dry):
     """Fluxes along the rows through all faces of the inner cells; all arrays padded."""
-    h, n, t, beta, still = (q[2:-2] for q in (*state, beta, still))
+    h, n, t, beta, static = (q[2:-2] for q in (*state, beta, static))
     h_low, h_high, n_low, n_high, t_low, t_high = face_values(h, n, t, dry, beta)
     c = np.sqrt(beta * h)
     flux = hll(
@@ -179,8 +179,8 @@ def fluxes(state, beta, still, low, high, dry):
         *(q[:, 1:] for q in (h_low, n_low, t_low)),
         c[:, 1:-2],
         c[:, 2:-1],
-        still[:, 1:-2],
-        still[:, 2:-1],
+        static[:, 1:-2],
+        static[:, 2:-1],
         dry,
     )
     return bounded(flux, *(q[:, 2:-2] for q in (h, n, t, beta)), low, high)
@@ -191,10 +191,10 @@ def out_of(mass):
     return np.maximum(mass[:, 1:], 0) - np.minimum(mass[:, :-1], 0)
 
 
-def afford(h, x_mass, y_mass, dt, dx, dy):
-    """Share of its outflow that leaves a cell the SPARE-th part of its depth."""
+def outflow_limits(h, x_mass, y_mass, dt, dx, dy):
+    """Share of its outflow that leaves a cell the RETAINED-th part of its depth."""
     loss = dt / dx * out_of(x_mass) + dt / dy * out_of(y_mass.T).T
-    most = (1 - SPARE) * h
+    most = (1 - RETAINED) * h
     return np.where(loss > most, most / np.where(loss > most, loss, 1.0), 1.0)
 
 
@@ -221,7 +221,7 @@ def brake(h_before, u_before, h, u, v, bed, tangent, drag, dry, time):
     depth = np.where(wet, h, 1.0)
     speed = np.hypot(u, v)
     loss = time * tangent * np.maximum(0, normal + curvature * u_before**2) * h_before / depth
-    left = np.where(speed > loss * HOLDS, speed - loss, 0.0)
+    left = np.where(speed > loss * YIELD_TOLERANCE, speed - loss, 0.0)
     if drag:
         # the positive root of left = speed' + time drag speed'^2 / h
         left = 2 * left / (1 + np.sqrt(1 + 4 * time * drag * left / depth))
@@ -230,7 +230,7 @@ def brake(h_before, u_before, h, u, v, bed, tangent, drag, dry, time):
 
 
 def classify(state, along, normal, coefficients, tangent, dry, dx, dy):
-    """beta_x, beta_y, still of all but the outermost cells, and the largest wave rate of wet ones."""
+    """beta_x, beta_y, static of all but the outermost cells, and the largest wave rate of wet ones."""
     x_a, x_p, y_aa, y_ap, y_pa, y_pp = coefficients
     mid, e, w = np.s_[1:-1, 1:-1], np.s_[1:-1, 2:], np.s_[1:-1, :-2]
     n, s = np.s_[2:, 1:-1], np.s_[:-2, 1:-1]
@@ -249,10 +249,10 @@ def classify(state, along, normal, coefficients, tangent, dry, dx, dy):
     y = [beta_y * (h - state.h[s]) / dy, beta_y * (state.h[n] - h) / dy]
     steep_x, steep_y = np.maximum(*np.abs(x)), np.maximum(*np.abs(y))
     drive = np.maximum(np.hypot(steep_x, sum(y) / 2), np.hypot(sum(x) / 2, steep_y))
-    held = (drive <= normal * tangent * HOLDS) & (u == 0) & (v == 0)
-    still = np.where(wet, np.where(held, 2.0, 0.0), 1.0)
+    held = (drive <= normal * tangent * YIELD_TOLERANCE) & (u == 0) & (v == 0)
+    static = np.where(wet, np.where(held, 2.0, 0.0), 1.0)
     rate = (np.abs(u) + np.sqrt(beta_x * h)) / dx + (np.abs(v) + np.sqrt(beta_y * h)) / dy
-    return beta_x, beta_y, still, np.where(wet, rate, 0.0)
+    return beta_x, beta_y, static, np.where(wet, rate, 0.0)
 
 
 @dataclass
@@ -317,7 +317,7 @@ class Run:
         return padded(state, self.sides, rises, (west, east, self.beta_y[2], self.beta_y[-3]))
 
     def classify(self):
-        """Set padded beta_x, beta_y and still; return the largest wave rate and the volume that moves."""
+        """Set padded beta_x, beta_y and static; return the largest wave rate and the volume that moves."""
         all_ = self.surrounded(self.state)
         material = (self.scene.earth_pressure.coefficients(), self.tangent, self.dry)
         *status, rates = classify(all_, self.along, self.normal, *material, self.dx, self.dy)
@@ -325,10 +325,10 @@ class Run:
         status = [np.pad(q[1:-1, 1:-1], 2, mode="edge") for q in status]
         # the first step from rest is as long as gravity lets it be
         rate = np.where(rates > 0, np.maximum(rates, self.falling), 0).max()
-        self.beta_x, self.beta_y, self.still = status
+        self.beta_x, self.beta_y, self.static = status
         driven = False
-        normal = np.broadcast_to(self.normal, self.still.shape)
-        along = np.broadcast_to(self.along, self.still.shape)
+        normal = np.broadcast_to(self.normal, self.static.shape)
+        along = np.broadcast_to(self.along, self.static.shape)
         views = [
             (np.s_[2:-2, 2], np.s_[2:-2, 1], self.beta_x, self.dx, -1),
             (np.s_[2:-2, -3], np.s_[2:-2, -2], self.beta_x, self.dx, 1),
@@ -339,12 +339,12 @@ class Run:
             if isinstance(side, str):
                 continue
             drive = np.abs(beta[cell] * (side - all_.h[cell]) / d - outward * along[cell])
-            pushes = (drive > normal[cell] * self.tangent * HOLDS) & (side > self.dry)
-            held = (self.still[ghost] == 1) & (side > self.dry)
-            self.still[ghost] = np.select([pushes, held], [0.0, 2.0], self.still[ghost])
+            pushes = (drive > normal[cell] * self.tangent * YIELD_TOLERANCE) & (side > self.dry)
+            held = (self.static[ghost] == 1) & (side > self.dry)
+            self.static[ghost] = np.select([pushes, held], [0.0, 2.0], self.static[ghost])
             rate = max(rate, (pushes * 2 * np.sqrt(beta[cell] * side) / d).max())
-            driven |= (self.still[ghost] == 0).any()
-        moving = (self.state.h * (self.still[INNER] == 0)).sum() * self.dx * self.dy
+            driven |= (self.static[ghost] == 0).any()
+        moving = (self.state.h * (self.static[INNER] == 0)).sum() * self.dx * self.dy
         return rate, np.inf if driven else moving
 
     def stage(self, source, part, share, dt):
@@ -352,9 +352,9 @@ class Run:
         h_0, u_0, v_0 = self.state
         h_1, u_1, v_1 = source
         all_ = self.surrounded(source)
-        x = fluxes(all_, self.beta_x, self.still, *self.sides[:2], self.dry)
-        y = fluxes(transposed(all_), self.beta_y.T, self.still.T, *self.sides[2:], self.dry)
-        keep = afford(h_1, x.mass, y.mass.T, dt, self.dx, self.dy)
+        x = fluxes(all_, self.beta_x, self.static, *self.sides[:2], self.dry)
+        y = fluxes(transposed(all_), self.beta_y.T, self.static.T, *self.sides[2:], self.dry)
+        keep = outflow_limits(h_1, x.mass, y.mass.T, dt, self.dx, self.dy)
         self.drained += int((keep < 1).sum())
         x, y = scaled(x, keep), scaled(y, keep.T)
         for mass, length in ((x.mass, self.dy), (y.mass, self.dx)):
@@ -362,7 +362,7 @@ class Run:
             self.outflow += share * dt * length * np.maximum(leaving, 0).sum()
             self.inflow -= share * dt * length * np.minimum(leaving, 0).sum()
         y = Flux(*(q.T for q in y))
-        free = self.still[INNER] != 2
+        free = self.static[INNER] != 2
         left = h_1 + dt * (difference(x.mass) / self.dx + difference(y.mass.T).T / self.dy)
         load = loaded(h_1, left)
         beta_x, beta_y = self.beta_x[INNER], self.beta_y[INNER]

@@ -6,7 +6,7 @@ Faces are the inner ones, then the boundary ones, whose right cell is a ghost of
 from dataclasses import dataclass, field
 
 import numpy as np
-from dense import HOLDS, SPARE, State, brake, follows, hll, leaving_at_depth, loaded, of_all
+from dense import RETAINED, YIELD_TOLERANCE, State, brake, follows, hll, leaving_at_depth, loaded, of_all
 
 from solver.lmls.shape_functions import approximation
 from solver.physics.friction import Voellmy
@@ -157,7 +157,7 @@ class CloudRun:
         return found
 
     def classify(self):
-        """Set beta and still of cells and ghosts; return the largest wave rate and the volume that moves."""
+        """Set beta and static of cells and ghosts; return the largest wave rate and the volume that moves."""
         h, u, v = self.state
         all_, wet = self.with_ghosts(self.state), h > self.dry
         x_a, x_p, y_aa, y_ap, y_pa, y_pp = self.coefficients
@@ -186,11 +186,11 @@ class CloudRun:
             slope = gradient[i] + more[:, None] * way
             pull = np.stack([b_x[i] * slope[:, 0] - self.along[i], b_y[i] * slope[:, 1]], axis=1)
             slides_in = (all_.h[there[f]] <= self.dry) & ((pull * way).sum(axis=1) >= 0)
-            limit = self.normal[i] * self.tangent * HOLDS
+            limit = self.normal[i] * self.tangent * YIELD_TOLERANCE
             np.add.at(exceeds, i, ~slides_in & (np.hypot(*pull.T) > limit))
         held = wet & (u == 0) & (v == 0) & (exceeds == 0)
         cell = self.cells.side_cell
-        still = np.concatenate([(~wet | held), (~wet | held)[cell]])
+        static = np.concatenate([(~wet | held), (~wet | held)[cell]])
         self.beta = tuple(np.concatenate([q, q[cell]]) for q in (b_x, b_y))
         driven = False
         for b, kind in enumerate(self.kinds):
@@ -200,13 +200,13 @@ class CloudRun:
             n_x, n_y = self.face_normal[f]
             b_n = b_x[i] * n_x**2 + b_y[i] * n_y**2
             push = np.abs(b_n * (kind - h[i]) / np.hypot(*self.way[f]) - n_x * self.along[i])
-            if push > self.normal[i] * self.tangent * HOLDS:
-                still[self.n + b], driven = False, True
+            if push > self.normal[i] * self.tangent * YIELD_TOLERANCE:
+                static[self.n + b], driven = False, True
                 rate = max(rate, 2 * np.sqrt(b_n * kind) * self.length[f] / self.cells.area[i])
-            driven |= not still[self.n + b]
+            driven |= not static[self.n + b]
         given = [not isinstance(kind, str) and kind > self.dry for kind in self.kinds]
-        self.still, self.held = still, np.concatenate([held, (held[cell] | given) & still[self.n :]])
-        moving = (h * self.cells.area)[~still[: self.n]].sum()
+        self.static, self.held = static, np.concatenate([held, (held[cell] | given) & static[self.n :]])
+        moving = (h * self.cells.area)[~static[: self.n]].sum()
         return rate, np.inf if driven else moving
 
     def shown(self, state, side):
@@ -263,8 +263,8 @@ class CloudRun:
             if kind in ("wall", "no-slip"):
                 tangential = low[2][f] if kind == "wall" else -low[2][f]
                 high[0][f], high[1][f], high[2][f], c[1][f] = low[0][f], -low[1][f], tangential, c[0][f]
-        still = [self.still[k].astype(float) + self.held[k] for k in (self.left, self.right)]
-        flux = hll(*low, *high, *c, *still, self.dry)
+        static = [self.static[k].astype(float) + self.held[k] for k in (self.left, self.right)]
+        flux = hll(*low, *high, *c, *static, self.dry)
         mass, normal, tangential, pressure = (np.array(q) for q in flux)
         for b, kind in enumerate(self.kinds):
             f, i = self.inner + b, self.cells.side_cell[b]
@@ -276,7 +276,7 @@ class CloudRun:
                 n, t = n_x[f] * u_1[i] + n_y[f] * v_1[i], n_x[f] * v_1[i] - n_y[f] * u_1[i]
                 tangential[f] = (np.abs(n) + c[0][f]) * h_1[i] * t
         lost = dt * self.around((self.length * np.maximum(mass, 0), self.length * np.maximum(-mass, 0)))
-        most = (1 - SPARE) * h_1 * area
+        most = (1 - RETAINED) * h_1 * area
         keep = np.where(lost > most, most / np.where(lost > most, lost, 1.0), 1.0)
         self.rationed += int((keep < 1).sum())
         keep = np.concatenate([keep, np.ones(len(self.kinds))])

@@ -3,8 +3,8 @@ import numpy as np
 import pytest
 from scenes import SCENES, rough, scene
 
-from solver.kernels.state import SPARE, Fields, Fluxes, Grid
-from solver.lattice.residual import afford, scale, stage
+from solver.kernels.state import RETAINED, Fields, Fluxes, Grid
+from solver.lattice.residual import outflow_limits, scale, stage
 from solver.lattice.run import LatticeRun
 from solver.lattice.spans import copy_surroundings, spread
 from solver.lattice.status import classify
@@ -54,7 +54,7 @@ def test_the_scenes_have_what_they_are_named_for():
     assert given.inflow > 10
     partly = dense.Run(SCENES["partly at rest"][0])
     partly.classify()
-    held = partly.still[dense.INNER][partly.state.h > partly.dry] == 2
+    held = partly.static[dense.INNER][partly.state.h > partly.dry] == 2
     assert 0.1 < held.mean() < 0.9
 
 
@@ -78,7 +78,7 @@ def test_skipping_changes_no_bit(case, end):
         for run in (some, everything):
             run.advance(end, steps)
             rate = classify(run.now, run.status, run.bed, run.material, run.sides, run.grid, run.spans)
-        first, last, _ = spread(some.spans, some.status.still, some.sides, some.grid)
+        first, last, _ = spread(some.spans, some.status.static, some.sides, some.grid)
         rows, m = some.grid.rows, some.grid.stride
         spans = np.zeros((2, rows), dtype=np.int64)
         spans[:, 2:-2] = [[2], [m - 2]]
@@ -95,17 +95,17 @@ def random_fluxes(rng, shape):
     return dense.Flux(mass, *rng.normal(0, 1, (3, *shape)))
 
 
-def test_afford_and_scale_are_their_twins_and_leave_every_cell_something():
+def test_outflow_limits_are_their_twins_and_leave_every_cell_something():
     rng = np.random.default_rng(5)
     n, dt, grid = 200, 0.1, Grid(9, 204, 0.5, 0.25)
     h = 10.0 ** rng.uniform(-6, 1, (1, n)) * (rng.random((1, n)) < 0.9)
     x, y = random_fluxes(rng, (1, n + 1)), random_fluxes(rng, (2, n))
-    # a dry cell is still, and nothing leaves it
+    # a dry cell is static, and nothing leaves it
     x.mass[0, :-1][h[0] == 0] = x.mass[0, 1:][h[0] == 0] = 0
     y.mass[:, h[0] == 0] = 0
     keep = np.ones(n + 2)
-    short = afford(h[0], 0, n, x.mass[0], 0, y.mass.ravel(), 0, n, dt, grid, keep, 1)
-    wanted = dense.afford(h, x.mass, y.mass, dt, grid.dx, grid.dy)
+    short = outflow_limits(h[0], 0, n, x.mass[0], 0, y.mass.ravel(), 0, n, dt, grid, keep, 1)
+    wanted = dense.outflow_limits(h, x.mass, y.mass, dt, grid.dx, grid.dy)
     assert short
     np.testing.assert_allclose(keep[1:-1], wanted[0], rtol=1e-14)
     kernel_x = Fluxes(*(q[0].copy() for q in x))
@@ -114,8 +114,8 @@ def test_afford_and_scale_are_their_twins_and_leave_every_cell_something():
         np.testing.assert_allclose(actual, expected[0], rtol=1e-14)
     loss = dt / grid.dx * dense.out_of(dense.scaled(x, wanted).mass)
     loss += dt / grid.dy * wanted * dense.out_of(y.mass.T).T
-    assert (loss <= (1 - SPARE / 2) * h).all()
-    assert not afford(h[0], 0, n, x.mass[0], 0, y.mass.ravel(), 0, n, 0.0, grid, keep, 1)
+    assert (loss <= (1 - RETAINED / 2) * h).all()
+    assert not outflow_limits(h[0], 0, n, x.mass[0], 0, y.mass.ravel(), 0, n, 0.0, grid, keep, 1)
 
 
 def test_a_face_without_flow_keeps_its_impulse():
