@@ -16,7 +16,7 @@ from solver.arrays import Array, Indices
 from solver.cloud.faces import Faces
 from solver.cloud.reconstruction import Gradient
 from solver.compiled import kernel
-from solver.kernels.state import DEPTH, LANES, Fields, Sides, Status
+from solver.kernels.state import LANES
 
 Flags = NDArray[np.uint8]
 
@@ -133,30 +133,3 @@ def spread_blocks(static: Array, faces: Faces, blocks: Blocks, activity: Activit
     activity.counts[1] = collect(fluxed, activity.fluxed_runs)
     activity.counts[2] = collect(sloped, activity.sloped_runs)
     return cells
-
-
-@kernel()
-def moving_volume_exceeds(
-    now: Fields,
-    status: Status,
-    area: Array,
-    sides: Sides,
-    faces: Faces,
-    activity: Activity,
-    volume: float,
-    started: bool,
-) -> bool:
-    """As `solver.lattice.spans.moving_volume_exceeds`."""
-    moves = not started
-    for r in range(activity.counts[0]):
-        start, stop = activity.stepped_runs[r]
-        for i in range(start, stop):
-            if status.static[i] == 0.0:
-                volume -= now.h[i] * area[i]
-                moves |= (now.u[i] != 0.0) | (now.v[i] != 0.0)
-                if moves and volume < 0.0:
-                    return True
-        for b in range(faces.first_side[start // LANES], faces.first_side[stop // LANES]):
-            if sides.kind[faces.side[b]] == DEPTH and status.static[faces.cells + b] == 0.0:
-                return True
-    return False

@@ -11,14 +11,14 @@ from __future__ import annotations
 import numpy as np
 
 from solver.arrays import Array, Numbers
-from solver.cloud.blocks import Activity
+from solver.cloud.arrays import CloudArrays
 from solver.cloud.faces import ROOM, Faces, beyond, fill_ghosts_beyond, half_of
 from solver.cloud.fluxes import CloudBuffers, fluxes_through
-from solver.cloud.reconstruction import Gradient, flatten_fed, slopes_at
+from solver.cloud.reconstruction import flatten_fed, slopes_at
 from solver.compiled import kernel
 from solver.kernels.boundary import account
 from solver.kernels.source_terms import acting_depth, update_cell
-from solver.kernels.state import BELOW_YIELD, LANES, RETAINED, CloudBed, Fields, Material, Sides, Status
+from solver.kernels.state import BELOW_YIELD, LANES, RETAINED, CloudBed, Fields, Material, Status
 
 # Blocks taken at a time, so that their fluxes are still at hand when their cells are updated.
 SEGMENT = 64
@@ -143,21 +143,12 @@ def update_run(
 
 @kernel()
 def cloud_stage(
-    start: Fields,
+    arrays: CloudArrays,
     now: Fields,
     out: Fields,
-    status: Status,
-    bed: CloudBed,
-    material: Material,
-    sides: Sides,
-    area: Array,
-    faces: Faces,
-    gradient: Gradient,
-    activity: Activity,
     part: float,
     share: float,
     dt: float,
-    buffers: CloudBuffers,
     ledger: Array,
     sloped: bool,
 ) -> None:
@@ -165,11 +156,14 @@ def cloud_stage(
 
     Parameters
     ----------
-    area : (cells,) array
-        Of the control volumes, m2.
+    now, out : Fields
+        State of this stage, and to be filled, which may not be that at the start of the step.
     sloped : bool
         Whether the slopes of ``now`` are there already.
     """
+    start, status, bed, material, sides = arrays.now, arrays.status, arrays.bed, arrays.material, arrays.sides
+    area, faces, gradient = arrays.area, arrays.faces, arrays.gradient
+    activity, buffers = arrays.activity, arrays.buffers
     first, first_side, runs = faces.first, faces.first_side, activity.stepped_runs
     if not sloped:
         for r in range(activity.counts[2]):

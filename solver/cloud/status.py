@@ -7,9 +7,9 @@ import math
 import numpy as np
 
 from solver.arrays import Array
-from solver.cloud.blocks import Activity
+from solver.cloud.arrays import CloudArrays
 from solver.cloud.faces import Faces, beyond, fill_ghosts_beyond, half_of
-from solver.cloud.reconstruction import Gradient, flatten_fed, slopes_at
+from solver.cloud.reconstruction import flatten_fed, slopes_at
 from solver.compiled import kernel
 from solver.kernels.earth_pressure import earth_pressure
 from solver.kernels.source_terms import below_yield
@@ -159,20 +159,7 @@ def classify_ghosts(
 
 
 @kernel()
-def classify_cloud(
-    now: Fields,
-    slopes: Array,
-    status: Status,
-    bed: CloudBed,
-    material: Material,
-    sides: Sides,
-    faces: Faces,
-    gradient: Gradient,
-    area: Array,
-    widths: Array,
-    activity: Activity,
-    rate: Array,
-) -> float:
+def classify_cloud(arrays: CloudArrays) -> float:
     """Set slopes and status where something has changed: in the sloped runs of the step before.
 
     Returns
@@ -180,15 +167,17 @@ def classify_cloud(
     float
         Largest wave rate of a wet cell, s-1, wherever it is.
     """
+    now, status, bed, material, sides = arrays.now, arrays.status, arrays.bed, arrays.material, arrays.sides
+    faces, activity, slopes, rate = arrays.faces, arrays.activity, arrays.buffers.slopes, arrays.buffers.rate
     u, v, static, top = now.u, now.v, status.static, activity.top
     fastest = 0.0
     for r in range(activity.counts[2]):
         start, stop = activity.sloped_runs[r]
         first, last = faces.first_side[start // LANES], faces.first_side[stop // LANES]
         fill_ghosts_beyond(now, status.beta_x, status.beta_y, faces, sides, first, last)
-        slopes_at(now, gradient, start, stop, material.dry, slopes)
+        slopes_at(now, arrays.gradient, start, stop, material.dry, slopes)
         flatten_fed(slopes, faces, sides, first, last)
-        set_status(now, slopes, status, bed, material, widths, start, stop, rate)
+        set_status(now, slopes, status, bed, material, arrays.widths, start, stop, rate)
         for b in range(start // LANES, stop // LANES):
             moves, top[b] = False, 0.0
             for i in range(b * LANES, (b + 1) * LANES):
@@ -198,7 +187,9 @@ def classify_cloud(
                     static[i] = BELOW_YIELD
                 moves |= static[i] == 0.0
             activity.moving[b] = moves
-        fastest = max(fastest, classify_ghosts(now, status, bed, material, sides, faces, area, first, last))
+        fastest = max(
+            fastest, classify_ghosts(now, status, bed, material, sides, faces, arrays.area, first, last)
+        )
     for b in range(len(top)):
         fastest = max(fastest, top[b])
     return fastest

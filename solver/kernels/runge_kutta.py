@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from solver.arrays import Array, Indices
 from solver.compiled import kernel
@@ -10,6 +10,24 @@ from solver.compiled import kernel
 # Eq. 14: weights of each stage's result in U = U_0 + part (U_k - U_0 + dt L(U_k)).
 SSP_RK3 = (1.0, 1 / 4, 2 / 3)
 REACHED, AT_REST, OUT_OF_STEPS, NOT_FINITE, COLLAPSED, GROW, OUT_OF_TIME = range(7)
+# What the parts of a step return that does not stop the run.
+CONTINUE = -1
+
+
+class Limits(NamedTuple):
+    """Until when a run goes on, and how fast.
+
+    target : time to stop at, s. max_steps : most time steps. shortest : a step below it counts as collapsed,
+    s. cfl : Courant number. rest_volume : a run is at rest where at most this much moves, m3. arrival_depth :
+    depth above which a cell counts as reached, m.
+    """
+
+    target: float
+    max_steps: int
+    shortest: float
+    cfl: float
+    rest_volume: float
+    arrival_depth: float
 
 
 class Progress(NamedTuple):
@@ -47,3 +65,46 @@ def share_of_step(parts: tuple[float, ...], k: int) -> float:
     for n in range(k, len(parts)):
         share *= parts[n]
     return share
+
+
+@kernel(inline=True, cached=False)
+def march(
+    arrays: Any, begin_step: Any, take_stage: Any, end_step: Any, limits: Limits, progress: Progress
+) -> int:
+    """Step until a target time or until the run is at rest; return why it stopped.
+
+    It is compiled into what calls it, once for each form, with the kernels that it is given.
+
+    Parameters
+    ----------
+    arrays : named tuple
+        What these kernels read and write.
+    begin_step : kernel
+        Called with arrays, limits and progress. Returns why the run stops before the step, or CONTINUE; the
+        largest wave rate, s-1; and what the stages are to know.
+    take_stage : kernel
+        Called with arrays, that, the number of the stage, its weight in the combination with the start of the
+        step, the weight of its fluxes in the whole step, the time step (s), and progress. Returns what the
+        next stage is to know.
+    end_step : kernel
+        Called with arrays, limits and progress. Returns why the run stops after the step, or CONTINUE.
+    """
+    while progress.time[0] < limits.target:
+        # before anything is touched, so that the run can go on from here as if it had not stopped
+        if progress.steps[0] >= limits.max_steps:
+            return OUT_OF_STEPS
+        outcome, rate, known = begin_step(arrays, limits, progress)
+        if outcome != CONTINUE:
+            return int(outcome)
+        remaining = limits.target - progress.time[0]
+        dt = step_length(rate, limits.cfl, remaining, limits.shortest)
+        if dt == 0.0:
+            return COLLAPSED
+        for k in range(len(SSP_RK3)):
+            known = take_stage(arrays, known, k, SSP_RK3[k], share_of_step(SSP_RK3, k), dt, progress)
+        progress.time[0] = limits.target if dt == remaining else progress.time[0] + dt
+        progress.steps[0] += 1
+        outcome = end_step(arrays, limits, progress)
+        if outcome != CONTINUE:
+            return int(outcome)
+    return REACHED

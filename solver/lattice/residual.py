@@ -13,11 +13,10 @@ visited: a span of each row, found at the start of the step in `solver.lattice.s
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
-from solver.arrays import Array, Indices
+from solver.arrays import Array
 from solver.compiled import ONE, kernel
 from solver.kernels.boundary import account, boundary_flux
 from solver.kernels.riemann import hll
@@ -31,38 +30,18 @@ from solver.kernels.state import (
     MIDLINE,
     RETAINED,
     Bed,
-    FaceValues,
     Fields,
     Fluxes,
     Grid,
     Material,
-    Sides,
     Status,
     whole,
 )
+from solver.lattice.arrays import RING, LatticeArrays
 from solver.lattice.ghosts import fill_ghosts
 from solver.lattice.reconstruction import face_values
 from solver.lattice.spans import hull
 from solver.lattice.symmetry import images, mirror_fluxes
-
-# Rows held in the ring of fluxes.
-RING = 4
-
-
-class Buffers(NamedTuple):
-    """Scratch rows, reused by every stage.
-
-    along, across : face values of one row along x, and of two rows along y.
-    x_fluxes, y_fluxes : ring of rows; the face with the index of a cell is the one before it along x, and the
-    one after it along y.
-    keep : ring of rows of the share of its outflow that leaves the cell a depth.
-    """
-
-    along: FaceValues
-    across: FaceValues
-    x_fluxes: Fluxes
-    y_fluxes: Fluxes
-    keep: Array
 
 
 @kernel(unaliased=True)
@@ -164,21 +143,15 @@ def restrict(
 
 @kernel()
 def stage(
+    arrays: LatticeArrays,
     start: Fields,
     now: Fields,
     out: Fields,
-    status: Status,
-    bed: Bed,
-    material: Material,
-    sides: Sides,
-    grid: Grid,
-    spans: Indices,
     first: int,
     last: int,
     part: float,
     share: float,
     dt: float,
-    buffers: Buffers,
     ledger: Array,
 ) -> None:
     """One Runge-Kutta stage over the spans to be stepped.
@@ -187,8 +160,8 @@ def stage(
     ----------
     start, now, out : Fields
         State at the start of the step, of this stage, and to be filled; ``out`` may be ``start``.
-    spans, first, last
-        Cells and rows to be stepped, from `solver.lattice.spans.spread`.
+    first, last : int
+        Rows to be stepped, from `solver.lattice.spans.spread`.
     part : float
         Weight of this stage's result in the convex combination with ``start``.
     share : float
@@ -198,10 +171,11 @@ def stage(
     ledger : (4, 2) array
         Volumes that came in and left through x_min, x_max, y_min, y_max, m3.
     """
-    m, dry = grid.stride, material.dry
+    status, bed, material, sides, grid = arrays.status, arrays.bed, arrays.material, arrays.sides, arrays.grid
+    spans, m, dry = arrays.spans.stepped, grid.stride, material.dry
     # rows of buffers have room for a whole vector more, so that none runs into the next
     room = m + LANES
-    along, across, x_fluxes, y_fluxes, keep = buffers
+    along, across, x_fluxes, y_fluxes, keep = arrays.buffers
     h, u, v = now
     beta_x, beta_y, static = status
     x_mass, y_mass = x_fluxes.mass, y_fluxes.mass

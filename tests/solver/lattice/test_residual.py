@@ -62,12 +62,12 @@ def stepped(run, spans, first, last, dt):
     """The stages of one step over given spans; copies."""
     stages = [run.now, *run.stages]
     for source, out, part in ((0, 1, 1.0), (1, 2, 1 / 4), (2, 0, 2 / 3)):
-        arrays = (stages[0], stages[source], stages[out], run.status, run.bed, run.material, run.sides)
+        arrays = run.arrays._replace(spans=run.spans._replace(stepped=spans))
         if source == 0:
             for other in run.stages:
                 copy_surroundings(run.now, other, spans, run.grid, first, last)
         ledger = np.zeros((4, 2))
-        stage(*arrays, run.grid, spans, first, last, part, 1.0, dt, run.buffers, ledger)
+        stage(arrays, stages[0], stages[source], stages[out], first, last, part, 1.0, dt, ledger)
     return run.state
 
 
@@ -141,7 +141,8 @@ def test_a_stage_is_its_twin_for_every_weight(part, friction):
     spans, dt, ledger = run.spans.wet.copy(), 0.02, np.zeros((4, 2))
     spans[:, 2:-2] = [[2], [run.grid.stride - 2]]
     out = run.stages[0]
-    stage(run.now, inside, out, *arrays, spans, 2, run.grid.rows - 3, part, 0.3, dt, run.buffers, ledger)
+    given = run.arrays._replace(spans=run.spans._replace(stepped=spans))
+    stage(given, run.now, inside, out, 2, run.grid.rows - 3, part, 0.3, dt, ledger)
     expected = twin.stage(source, part, 0.3, dt)
     for actual, wanted in zip(out, expected, strict=True):
         assert_same(actual.reshape(run.grid.rows, -1)[dense.INNER], wanted)
