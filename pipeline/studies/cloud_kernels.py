@@ -104,10 +104,7 @@ def cloud_costs() -> tuple[list[Cost], float, float]:
         ),
         (
             cloud_stage,
-            (
-                *(now, now, out, *about, run.sides, run.area, faces, gradient),
-                *(run.activity, 0.5, 0.5, DT, buffers, run.ledger, False),
-            ),
+            (run.arrays, now, out, 0.5, 0.5, DT, run.ledger, False),
             0,
             0,
         ),
