@@ -25,7 +25,7 @@ class CloudBuffers(NamedTuple):
     halves : (3, 2 faces and LANES), what passes each half-face into its cell: volume, m3 s-1, and momentum
     along x and y with the pressure times the cell's own beta, m4 s-2. pressed : (faces,), of the HLL mean of
     h^2/2, m2. gain : (4, cells), sums of the three around each cell, and the volume that leaves it, m3 s-1.
-    rate : (cells,), of the waves that leave each cell, s-1. rationed : (blocks,), flags.
+    rate : (cells,), of the waves that leave each cell, s-1. limited : (blocks,), flags.
     low, high, static, push, chunk : of a chunk of faces.
     """
 
@@ -34,7 +34,7 @@ class CloudBuffers(NamedTuple):
     pressed: Array
     gain: Array
     rate: Array
-    rationed: Array
+    limited: Array
     low: FaceValues
     high: FaceValues
     static: Array

@@ -56,7 +56,7 @@ def add_up(halves: Array, faces: Faces, start: int, stop: int, gain: Array) -> N
 
 
 @kernel()
-def short(h: Array, lost: Array, area: Array, start: int, stop: int, dt: float) -> bool:
+def outflow_exceeds(h: Array, lost: Array, area: Array, start: int, stop: int, dt: float) -> bool:
     """Whether some cell of a run loses in dt (s) more than it can afford; lost : m3 s-1."""
     count = 0
     for k in range(start, stop):
@@ -66,7 +66,7 @@ def short(h: Array, lost: Array, area: Array, start: int, stop: int, dt: float) 
 
 
 @kernel()
-def ration(
+def limit_outflow(
     now: Fields,
     status: Status,
     faces: Faces,
@@ -88,9 +88,9 @@ def ration(
             f, j, _ = beyond(faces, half)
             if halves[0, half] >= 0.0:
                 continue
-            buffers.rationed[i // LANES] = 1.0
+            buffers.limited[i // LANES] = 1.0
             if j < faces.cells:
-                buffers.rationed[j // LANES] = 1.0
+                buffers.limited[j // LANES] = 1.0
             for side in range(2):
                 q, cell = (f, int(faces.left[f])) if side == 0 else (f + n, int(faces.right[f]))
                 pressed = (2 * side - 1) * faces.geometry[6, f] * buffers.pressed[f]
@@ -174,7 +174,7 @@ def cloud_stage(
     a, b = first_side[runs[0, 0] // LANES], first_side[runs[activity.counts[0] - 1, 1] // LANES]
     fill_ghosts_beyond(now, status.beta_x, status.beta_y, faces, sides, a, b)
     fluxes_through(now, status, faces, sides, material.dry, buffers, faces.outer + a, faces.outer + b)
-    at, rationed = 0, False
+    at, limited = 0, False
     for r in range(activity.counts[1]):
         low, high = activity.fluxed_runs[r] // LANES
         for block in range(low, high, SEGMENT):
@@ -184,20 +184,20 @@ def cloud_stage(
             while at < activity.counts[0] and runs[at, 0] < b * LANES:
                 one, two = max(runs[at, 0], a * LANES), min(runs[at, 1], b * LANES)
                 add_up(buffers.halves, faces, one, two, buffers.gain)
-                rationed |= short(now.h, buffers.gain[3], area, one, two, dt)
+                limited |= outflow_exceeds(now.h, buffers.gain[3], area, one, two, dt)
                 update_run(start, now, out, status, bed, material, area, buffers.gain, one, two, part, dt)
                 if runs[at, 1] > b * LANES:
                     break
                 at += 1
-    if rationed:
+    if limited:
         for r in range(activity.counts[0]):
-            ration(now, status, faces, area, runs[r, 0], runs[r, 1], dt, buffers)
-        for block in range(len(buffers.rationed)):
-            if buffers.rationed[block] > 0.0:
+            limit_outflow(now, status, faces, area, runs[r, 0], runs[r, 1], dt, buffers)
+        for block in range(len(buffers.limited)):
+            if buffers.limited[block] > 0.0:
                 one, two = block * LANES, (block + 1) * LANES
                 add_up(buffers.halves, faces, one, two, buffers.gain)
                 update_run(start, now, out, status, bed, material, area, buffers.gain, one, two, part, dt)
-                buffers.rationed[block] = 0.0
+                buffers.limited[block] = 0.0
     for r in range(activity.counts[0]):
         for s in range(first_side[runs[r, 0] // LANES], first_side[runs[r, 1] // LANES]):
             account(-buffers.halves[0, faces.outer + s] * share * dt, faces.side[s], ledger)

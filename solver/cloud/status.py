@@ -11,6 +11,7 @@ from solver.cloud.arrays import CloudArrays
 from solver.cloud.faces import Faces, beyond, fill_ghosts_beyond, half_of
 from solver.cloud.reconstruction import flatten_fed, slopes_at
 from solver.compiled import kernel
+from solver.kernels.boundary import status_at_depth
 from solver.kernels.earth_pressure import earth_pressure
 from solver.kernels.source_terms import below_yield
 from solver.kernels.state import (
@@ -135,10 +136,7 @@ def classify_ghosts(
     start: int,
     stop: int,
 ) -> float:
-    """Give some ghosts the status of their cells, but let a given depth drive them; return its wave rate.
-
-    A given depth is not dry where its cell is: friction holds it where it does not drive.
-    """
+    """Give some ghosts the status of their cells, but let a given depth drive them; return its wave rate."""
     h, fastest = now.h, 0.0
     for b in range(start, stop):
         f = faces.outer + b
@@ -149,12 +147,11 @@ def classify_ghosts(
             n_x, n_y = faces.geometry[0, f], faces.geometry[1, f]
             way = faces.geometry[2, f] * n_x + faces.geometry[3, f] * n_y
             b_n = b_x * n_x * n_x + b_y * n_y * n_y
-            push = b_n * (h[ghost] - h[i]) / way - n_x * bed.along[i]
-            if status.static[ghost] == DRY:
-                status.static[ghost] = BELOW_YIELD
-            if not below_yield(push, 0.0, bed.normal[i], material):
-                status.static[ghost] = 0.0
-                fastest = max(fastest, 2.0 * math.sqrt(b_n * h[ghost]) * faces.geometry[6, f] / area[i])
+            drive = b_n * (h[ghost] - h[i]) / way - n_x * bed.along[i]
+            status.static[ghost], speed = status_at_depth(
+                status.static[ghost], h[ghost], drive, b_n, bed.normal[i], material
+            )
+            fastest = max(fastest, speed * faces.geometry[6, f] / area[i])
     return fastest
 
 

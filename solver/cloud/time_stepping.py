@@ -9,7 +9,16 @@ from solver.cloud.residual import cloud_stage
 from solver.cloud.status import classify_cloud
 from solver.compiled import kernel
 from solver.kernels.record import record_cells
-from solver.kernels.runge_kutta import AT_REST, CONTINUE, NOT_FINITE, SSP_RK3, Limits, Progress, march
+from solver.kernels.runge_kutta import (
+    AT_REST,
+    CONTINUE,
+    NOT_FINITE,
+    SSP_RK3,
+    Limits,
+    Progress,
+    less_moving,
+    march,
+)
 from solver.kernels.state import DEPTH, LANES, Fields
 
 
@@ -31,11 +40,10 @@ def moving_volume_exceeds(arrays: CloudArrays, volume: float, started: bool) -> 
     for r in range(activity.counts[0]):
         start, stop = activity.stepped_runs[r]
         for i in range(start, stop):
-            if static[i] == 0.0:
-                volume -= now.h[i] * area[i]
-                moves |= (now.u[i] != 0.0) | (now.v[i] != 0.0)
-                if moves and volume < 0.0:
-                    return True
+            amount = now.h[i] * area[i]
+            volume, moves = less_moving(volume, moves, static[i], amount, now.u[i], now.v[i])
+            if moves and volume < 0.0:
+                return True
         for b in range(faces.first_side[start // LANES], faces.first_side[stop // LANES]):
             if kind[faces.side[b]] == DEPTH and static[faces.cells + b] == 0.0:
                 return True

@@ -6,7 +6,8 @@ import math
 
 from solver.arrays import Array
 from solver.compiled import kernel
-from solver.kernels.state import NO_SLIP, OPEN, WALL
+from solver.kernels.source_terms import below_yield
+from solver.kernels.state import BELOW_YIELD, DRY, NO_SLIP, OPEN, WALL, Material
 
 # What has this share of a given depth at least may be of the layer that is fed.
 LAYER = 0.5
@@ -49,6 +50,35 @@ def account(leaving: float, side: int, ledger: Array) -> None:
         ledger[side, 1] += leaving
     else:
         ledger[side, 0] -= leaving
+
+
+@kernel(inline=True)
+def status_at_depth(
+    static: float, h: float, drive: float, beta: float, normal: float, material: Material
+) -> tuple[float, float]:
+    """Status of a ghost beyond a side of given depth, and the speed at which it drives the cell inside.
+
+    A given depth is not dry where the cell is: where it does not drive, it is below yield.
+
+    Parameters
+    ----------
+    static : float
+        Status of the cell inside.
+    h : float
+        Given depth, m.
+    drive : float
+        Pressure gradient toward the cell less gravity, m s-2.
+    beta, normal : float
+        g cos(xi) K and g cos(xi) of the cell, m s-2.
+
+    Returns
+    -------
+    static, speed : float
+        The speed is in m s-1, and 0 where it does not drive.
+    """
+    if below_yield(drive, 0.0, normal, material):
+        return BELOW_YIELD if static == DRY else static, 0.0
+    return 0.0, 2.0 * math.sqrt(beta * h)
 
 
 @kernel()

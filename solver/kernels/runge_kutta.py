@@ -67,6 +67,20 @@ def share_of_step(parts: tuple[float, ...], k: int) -> float:
     return share
 
 
+@kernel(inline=True)
+def less_moving(
+    left: float, moves: bool, static: float, amount: float, u: float, v: float
+) -> tuple[float, bool]:
+    """Take what a cell holds off a volume, unless it is static; say whether a cell so far has a velocity.
+
+    A run is not at rest where the volume becomes negative and a cell moves. Once it has started, one has to:
+    what a step leaves all at rest is left so by the next, even where a single face is above yield.
+    """
+    if static != 0.0:
+        return left, moves
+    return left - amount, moves | (u != 0.0) | (v != 0.0)
+
+
 @kernel(inline=True, cached=False)
 def march(
     arrays: Any, begin_step: Any, take_stage: Any, end_step: Any, limits: Limits, progress: Progress

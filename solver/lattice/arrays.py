@@ -22,14 +22,14 @@ class Buffers(NamedTuple):
     along, across : face values of one row along x, and of two rows along y.
     x_fluxes, y_fluxes : ring of rows; the face with the index of a cell is the one before it along x, and the
     one after it along y.
-    keep : ring of rows of the share of its outflow that leaves the cell a depth.
+    limiter : ring of rows of the share of its outflow that leaves the cell a depth.
     """
 
     along: FaceValues
     across: FaceValues
     x_fluxes: Fluxes
     y_fluxes: Fluxes
-    keep: Array
+    limiter: Array
 
 
 class LatticeArrays(NamedTuple):

@@ -56,7 +56,7 @@ def outflow_limits(
     north: int,
     dt: float,
     grid: Grid,
-    keep: Array,
+    limiter: Array,
     to: int,
 ) -> bool:
     """Share of its outflow that each cell of a row can lose in dt (s) without drying out.
@@ -67,7 +67,7 @@ def outflow_limits(
         Depth, m.
     x_mass, west, y_mass, south, north
         Mass fluxes (m2 s-1) and the indices of the first cell's faces.
-    keep, to
+    limiter, to
         Filled from index ``to`` on.
 
     Returns
@@ -91,26 +91,26 @@ def outflow_limits(
         w, e, s, n = x_mass[west + k], x_mass[west + 1 + k], y_mass[south + k], y_mass[north + k]
         loss = (max(e, 0.0) - min(w, 0.0)) * over_x + (max(n, 0.0) - min(s, 0.0)) * over_y
         most = (1.0 - RETAINED) * h[cell + k]
-        keep[to + k] = most / loss if loss > most else 1.0
+        limiter[to + k] = most / loss if loss > most else 1.0
     return True
 
 
 @kernel()
-def scale(fluxes: Fluxes, at: int, keep: Array, low: int, high: int, count: int) -> None:
+def limit_outflow(fluxes: Fluxes, at: int, limiter: Array, low: int, high: int, count: int) -> None:
     """Multiply mass and momentum fluxes by the share of its outflow that a cell is left; pressure stays.
 
     A face that carries no mass leaves no cell, and keeps the impulse of a wall or of two flows that meet.
     """
     for k in range(count):
         mass = fluxes.mass[at + k]
-        share = keep[low + k] if mass > 0.0 else (keep[high + k] if mass < 0.0 else 1.0)
+        share = limiter[low + k] if mass > 0.0 else (limiter[high + k] if mass < 0.0 else 1.0)
         fluxes.mass[at + k] *= share
         fluxes.normal[at + k] *= share
         fluxes.tangential[at + k] *= share
 
 
 @kernel()
-def restrict(
+def restrict_side(
     fluxes: Fluxes,
     at: int,
     h: Array,
@@ -175,7 +175,7 @@ def stage(
     spans, m, dry = arrays.spans.stepped, grid.stride, material.dry
     # rows of buffers have room for a whole vector more, so that none runs into the next
     room = m + LANES
-    along, across, x_fluxes, y_fluxes, keep = arrays.buffers
+    along, across, x_fluxes, y_fluxes, limiter = arrays.buffers
     h, u, v = now
     beta_x, beta_y, static = status
     x_mass, y_mass = x_fluxes.mass, y_fluxes.mass
@@ -204,9 +204,9 @@ def stage(
                 ring + a,
             )
             if j == GHOSTS - 1:
-                restrict(y_fluxes, ring + a, h, v, u, beta_y, (j + 1) * m + a, b - a, low, -1.0)
+                restrict_side(y_fluxes, ring + a, h, v, u, beta_y, (j + 1) * m + a, b - a, low, -1.0)
             if j == grid.rows - GHOSTS - 1:
-                restrict(y_fluxes, ring + a, h, v, u, beta_y, j * m + a, b - a, high, 1.0)
+                restrict_side(y_fluxes, ring + a, h, v, u, beta_y, j * m + a, b - a, high, 1.0)
         short = False
         a, b = spans[0, j], spans[1, j]
         if a < b:
@@ -225,9 +225,9 @@ def stage(
                 ring + a,
             )
             if a == GHOSTS:
-                restrict(x_fluxes, ring + a, h, u, v, beta_x, j * m + a, ONE, west, -1.0)
+                restrict_side(x_fluxes, ring + a, h, u, v, beta_x, j * m + a, ONE, west, -1.0)
             if b == m - GHOSTS:
-                restrict(x_fluxes, ring + b, h, u, v, beta_x, j * m + b - 1, ONE, east, 1.0)
+                restrict_side(x_fluxes, ring + b, h, u, v, beta_x, j * m + b - 1, ONE, east, 1.0)
             short = outflow_limits(
                 h,
                 j * m + a,
@@ -239,15 +239,15 @@ def stage(
                 ring + a,
                 dt,
                 grid,
-                keep,
+                limiter,
                 ring + a,
             )
             if not short:
-                keep[ring + a : ring + b] = 1.0
+                limiter[ring + a : ring + b] = 1.0
             else:
                 # beyond the ends of a span faces are closed or on the boundary
-                keep[ring + a - 1] = keep[ring + b] = 1.0
-                scale(x_fluxes, ring + a, keep, ring + a - 1, ring + a, b - a + 1)
+                limiter[ring + a - 1] = limiter[ring + b] = 1.0
+                limit_outflow(x_fluxes, ring + a, limiter, ring + a - 1, ring + a, b - a + 1)
             if a == GHOSTS:
                 account(images(sides, j) * share * dt * grid.dy * -x_mass[ring + a], 0, ledger)
             if b == m - GHOSTS:
@@ -256,9 +256,9 @@ def stage(
             a, b = hull(spans, j - 1, j)
             for row in (j - 1, j):
                 lo, hi = (spans[0, row], spans[1, row]) if spans[0, row] < spans[1, row] else (b, b)
-                keep[(row % RING) * room + a : (row % RING) * room + lo] = 1.0
-                keep[(row % RING) * room + hi : (row % RING) * room + b] = 1.0
-            scale(y_fluxes, below + a, keep, below + a, ring + a, b - a)
+                limiter[(row % RING) * room + a : (row % RING) * room + lo] = 1.0
+                limiter[(row % RING) * room + hi : (row % RING) * room + b] = 1.0
+            limit_outflow(y_fluxes, below + a, limiter, below + a, ring + a, b - a)
         short_before = short
         row = j - 1
         a, b = spans[0, row], spans[1, row]

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from solver.arrays import Array, Indices
 from solver.compiled import kernel
+from solver.kernels.runge_kutta import less_moving
 from solver.kernels.state import DEPTH, GHOSTS, LANES, Fields, Grid, Sides
 from solver.lattice.symmetry import images
 
@@ -96,18 +97,15 @@ def moving_volume_exceeds(
 ) -> bool:
     """Whether cells that are not static hold more than a volume, m3, or a given depth drives a side.
 
-    Once a run has started, one of them has to move: what a step leaves all at rest is left so by the next,
-    even where a single face is steeper than friction holds.
+    started : whether the run has taken a step, after which one of the cells has to move.
     """
     m, depth, moves = grid.stride, volume / (grid.dx * grid.dy), not started
     for j in range(GHOSTS, grid.rows - GHOSTS):
         both = images(sides, j)
         for i in range(j * m + spans.moving[0, j], j * m + spans.moving[1, j]):
-            if static[i] == 0.0:
-                depth -= both * now.h[i]
-                moves |= (now.u[i] != 0.0) | (now.v[i] != 0.0)
-                if moves and depth < 0.0:
-                    return True
+            depth, moves = less_moving(depth, moves, static[i], both * now.h[i], now.u[i], now.v[i])
+            if moves and depth < 0.0:
+                return True
         for k, ghost in ((0, GHOSTS - 1), (1, m - GHOSTS)):
             if sides.kind[k] == DEPTH and static[j * m + ghost] == 0.0:
                 return True

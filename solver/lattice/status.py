@@ -8,6 +8,7 @@ import numpy as np
 
 from solver.arrays import Array
 from solver.compiled import ONE, kernel
+from solver.kernels.boundary import status_at_depth
 from solver.kernels.earth_pressure import earth_pressure
 from solver.kernels.source_terms import below_yield
 from solver.kernels.state import (
@@ -152,10 +153,9 @@ def driven_rate(h: Array, status: Status, bed: Bed, material: Material, sides: S
             d, pull = (grid.dx, step * bed.along[column]) if along_x else (grid.dy, 0.0)
             if h[ghost] <= material.dry:
                 continue
-            # where it does not drive it is below yield, also where the cell is dry
-            if status.static[ghost] == DRY:
-                status.static[ghost] = BELOW_YIELD
-            if not below_yield(beta * (h[ghost] - h[cell]) / d - pull, 0.0, bed.normal[column], material):
-                status.static[ghost] = 0.0
-                rate = max(rate, 2.0 * math.sqrt(beta * h[ghost]) / d)
+            drive = beta * (h[ghost] - h[cell]) / d - pull
+            status.static[ghost], speed = status_at_depth(
+                status.static[ghost], h[ghost], drive, beta, bed.normal[column], material
+            )
+            rate = max(rate, speed / d)
     return rate

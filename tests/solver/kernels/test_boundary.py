@@ -8,7 +8,7 @@ from scenes import all_sides
 from solver.kernels.boundary import account
 from solver.kernels.state import DEPTH, GHOSTS, NO_SLIP, OPEN, WALL, Fields, Fluxes, Grid, Sides
 from solver.lattice.ghosts import fill_ghosts
-from solver.lattice.residual import restrict
+from solver.lattice.residual import restrict_side
 from solver.physics.friction import Coulomb
 from solver.physics.terrain import Plane
 from solver.points.lattice import Lattice
@@ -74,7 +74,7 @@ def test_what_boundary_faces_carry_is_its_twin(side, outward):
     columns = dense.Flux(*(np.stack([q, q], axis=1) for q in flux))
     cells = [np.stack([q, q], axis=1) for q in (h, u, v, beta)]
     expected = dense.bounded(columns, *cells, side, side)
-    restrict(flux, 0, h, u, v, beta, 0, n, KINDS.get(side, DEPTH), float(outward))
+    restrict_side(flux, 0, h, u, v, beta, 0, n, KINDS.get(side, DEPTH), float(outward))
     for actual, wanted in zip(flux, expected, strict=True):
         np.testing.assert_allclose(actual, wanted[:, 0 if outward < 0 else -1], rtol=1e-14)
     if side == "open":
