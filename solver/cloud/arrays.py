@@ -16,9 +16,15 @@ from solver.kernels.state import CloudBed, Fields, Material, Sides, Status
 class CloudArrays(NamedTuple):
     """The arrays of a run.
 
-    now, first_stage, second_stage : states at the start of the step and after its stages; between steps they
-    are equal, so that a stage finds in its own what it reads beside the cells it steps. area : (cells,), of
-    the control volumes, m2. widths : (5, cells), from `solver.cloud.status.widths_of`.
+    Attributes
+    ----------
+    now, first_stage, second_stage
+        States at the start of the step and after its stages; between steps they are equal, so that a stage
+        finds in its own what it reads beside the cells it steps.
+    area
+        (cells,), of the control volumes, m2.
+    widths
+        (5, cells), from `solver.cloud.status.widths_of`.
     """
 
     now: Fields

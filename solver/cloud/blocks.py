@@ -34,9 +34,20 @@ class Blocks(NamedTuple):
 class Activity(NamedTuple):
     """Flags of blocks, each (blocks,), and runs of them, each (blocks + 1, 2), first and last of a run.
 
-    moving : have cells that are neither dry nor held. stepped : have cells that can change in the step.
-    fluxed : are left of faces of those. sloped : are near those. counts : (3,), runs of the last three.
-    top : (blocks,), largest wave rate of each, s-1.
+    Attributes
+    ----------
+    moving
+        Blocks with cells that are not static.
+    stepped
+        Blocks with cells that can change in the step.
+    fluxed
+        Blocks left of faces of those.
+    sloped
+        Blocks near those.
+    counts
+        (3,), number of runs of the last three.
+    top
+        (blocks,), largest wave rate of each, s-1.
     """
 
     moving: Flags
@@ -72,7 +83,7 @@ def activity_of(faces: Faces) -> Activity:
 
 @kernel()
 def collect(flags: Flags, runs: Indices) -> int:
-    """Fill runs with the first cell and the one after the last of each run of flagged blocks; count them."""
+    """Fill runs (blocks + 1, 2) with the cells, half-open, of each run of flagged blocks; count the runs."""
     count, inside = 0, False
     for b in range(len(flags)):
         if flags[b] and not inside:

@@ -21,12 +21,23 @@ CHUNK = 256
 class CloudBuffers(NamedTuple):
     """Scratch arrays.
 
-    slopes : (6, cells and ghosts), as `slopes_at` fills them; ghosts keep zeros.
-    halves : (3, 2 faces and LANES), what passes each half-face into its cell: volume, m3 s-1, and momentum
-    along x and y with the pressure times the cell's own beta, m4 s-2. pressed : (faces,), of the HLL mean of
-    h^2/2, m2. gain : (4, cells), sums of the three around each cell, and the volume that leaves it, m3 s-1.
-    rate : (cells,), of the waves that leave each cell, s-1. limited : (blocks,), flags.
-    low, high, static, push, chunk : of a chunk of faces.
+    Attributes
+    ----------
+    slopes
+        (6, cells and ghosts), as `slopes_at` fills them; ghosts keep zeros.
+    halves
+        (3, 2 faces and LANES), what passes each half-face into its cell: volume, m3 s-1, and momentum along x
+        and y with the pressure times the cell's own beta, m4 s-2.
+    pressed
+        (faces,), of the HLL mean of h^2/2, m2.
+    gain
+        (4, cells), sums of the three around each cell, and the volume that leaves it, m3 s-1.
+    rate
+        (cells,), of the waves that leave each cell, s-1.
+    limited
+        (blocks,), flags.
+    low, high, static, push, chunk
+        Of the faces of a chunk, as `face_states` and `hll` fill them.
     """
 
     slopes: Array
@@ -73,7 +84,17 @@ def halve(
     halves: Array,
     pressed: Array,
 ) -> None:
-    """Give what passes a run of faces to their halves, in the frame of the domain."""
+    """Give what passes a run of faces to their halves, in the frame of the domain.
+
+    Parameters
+    ----------
+    mass, normal, tangential, pressure, push : (chunk,) and (4, chunk) arrays
+        Fluxes of the faces, as of `Fluxes`, and what `face_states` fills.
+    start, count : int
+        First face, and number of faces.
+    halves, pressed : arrays
+        Of `CloudBuffers`, filled.
+    """
     g = geometry
     stride = np.uint64(len(pressed))
     for k in range(count):
@@ -100,7 +121,15 @@ def fluxes_through(
     first: int,
     last: int,
 ) -> None:
-    """HLL fluxes through a run of faces, all of them inner faces or none."""
+    """HLL fluxes through a run of faces, all of them inner faces or none.
+
+    Parameters
+    ----------
+    dry : float
+        Depth up to which a cell counts as dry, m.
+    first, last : int
+        First face, and the one after the last.
+    """
     # taken out of their tuples once: each time counts references to all arrays in them
     low, high, static, push, chunk = buffers.low, buffers.high, buffers.static, buffers.push, buffers.chunk
     _, h_low, _, n_low, _, t_low, c_low = low
@@ -146,7 +175,7 @@ def fluxes_through(
 def mirror_at_walls(
     faces: Faces, sides: Sides, start: int, count: int, low: FaceValues, high: FaceValues
 ) -> None:
-    """Show walls the mirror image of what the cells before them show."""
+    """Put the mirror image of the state before a wall beyond it."""
     for k in range(count):
         kind = sides.kind[faces.side[start + k - faces.outer]]
         if kind in (WALL, NO_SLIP):

@@ -1,4 +1,4 @@
-"""LMLS slopes on a cloud, and what both sides of a face show: a lattice's reconstruction in any direction."""
+"""LMLS slopes on a cloud, and the state at both sides of faces, as on a lattice but in any direction."""
 
 from __future__ import annotations
 
@@ -21,7 +21,12 @@ GROUP = 4
 class Gradient(NamedTuple):
     """LMLS derivative weights of the differences to neighbours, each (s, cells); s is a multiple of GROUP.
 
-    neighbours : numbers of cells. along, across : weights, m-1.
+    Attributes
+    ----------
+    neighbours
+        Numbers of cells.
+    along, across
+        Weights, m-1.
     """
 
     neighbours: Numbers
@@ -87,8 +92,15 @@ def slopes_at(now: Fields, gradient: Gradient, start: int, stop: int, dry: float
 def flatten_fed(slopes: Array, faces: Faces, sides: Sides, start: int, stop: int) -> None:
     """Take the slopes of velocity out of cells beside some boundary faces, where these have a given depth.
 
-    What comes in there has the velocity of the cell. Would it pass the cell on slower, the cell would gain
-    speed from nothing, and feed it to itself.
+    What comes in there has the velocity of the cell. If it left the cell slower, the cell would gain speed
+    from nothing, and feed it to itself.
+
+    Parameters
+    ----------
+    slopes : (6, cells) array
+        As `slopes_at` fills it.
+    start, stop : int
+        Numbers of the boundary faces.
     """
     for b in range(start, stop):
         if sides.kind[faces.side[b]] == DEPTH:
@@ -201,7 +213,7 @@ def face_states(
         Filled with the status of the cells on the left, then on the right.
     push : (4, chunk) array
         Filled with length times normal times beta, x and y, of the left cell and of the right one, m2 s-2; 0
-        for a cell held by friction.
+        for a cell below yield.
     """
     h, u, v = now
     g = geometry

@@ -26,7 +26,15 @@ SEGMENT = 64
 
 @kernel(unaliased=True)
 def add_around(halves: Array, around: Numbers, start: int, stop: int, gain: Array) -> None:
-    """Add up the half-faces of a run of cells, those that have room in the table."""
+    """Add up the half-faces of a run of cells, those that have room in the table.
+
+    Parameters
+    ----------
+    halves, around, gain
+        Of `CloudBuffers`, of `Faces`, and filled as `CloudBuffers` says.
+    start, stop : int
+        The cells.
+    """
     for k in range(start, stop):
         i = np.uint64(k)
         volume = x = y = lost = 0.0
@@ -42,7 +50,7 @@ def add_around(halves: Array, around: Numbers, start: int, stop: int, gain: Arra
 
 @kernel()
 def add_up(halves: Array, faces: Faces, start: int, stop: int, gain: Array) -> None:
-    """Add up the half-faces of a run of cells."""
+    """Add up the half-faces of a run of cells, as `add_around`, also those beyond the table."""
     add_around(halves, faces.around, start, stop, gain)
     if faces.more[start] == faces.more[stop]:
         return
@@ -57,7 +65,17 @@ def add_up(halves: Array, faces: Faces, start: int, stop: int, gain: Array) -> N
 
 @kernel()
 def outflow_exceeds(h: Array, lost: Array, area: Array, start: int, stop: int, dt: float) -> bool:
-    """Whether some cell of a run loses in dt (s) more than it can afford; lost : m3 s-1."""
+    """Whether the positivity limiter has to act on some cell of a run.
+
+    Parameters
+    ----------
+    h, lost, area : arrays
+        Depth (m), volume that leaves each cell (m3 s-1), area (m2).
+    start, stop : int
+        The cells.
+    dt : float
+        Time step, s.
+    """
     count = 0
     for k in range(start, stop):
         i = np.uint64(k)
@@ -76,7 +94,19 @@ def limit_outflow(
     dt: float,
     buffers: CloudBuffers,
 ) -> None:
-    """Scale what leaves cells of a run to what they can afford, pressure apart; flag the blocks around."""
+    """Positivity limiter: scale what leaves cells of a run so that a depth is left; flag the blocks around.
+
+    Mass and momentum are scaled, pressure is not.
+
+    Parameters
+    ----------
+    area : (cells,) array
+        Of the control volumes, m2.
+    start, stop : int
+        The cells.
+    dt : float
+        Time step, s.
+    """
     halves, n = buffers.halves, faces.faces
     for i in range(start, stop):
         lost, most = buffers.gain[3, i] * dt, (1.0 - RETAINED) * now.h[i] * area[i]
@@ -120,7 +150,10 @@ def update_run(
 ) -> None:
     """Update a run of cells, as `solver.kernels.source_terms.update_cell` does one.
 
-    gain : (4, cells) array, sums over the faces of a cell, pressure among them, as of `CloudBuffers`.
+    Parameters
+    ----------
+    gain
+        (4, cells) array, sums over the faces of a cell, pressure among them, as of `CloudBuffers`.
     """
     for k in range(first, last):
         i = np.uint64(k)

@@ -1,4 +1,4 @@
-"""What the cells of a cloud are in a step: earth pressure, stillness, and how fast waves leave them."""
+"""What the cells of a cloud are in a step: earth pressure, static or not, and how fast waves leave them."""
 
 from __future__ import annotations
 
@@ -72,7 +72,14 @@ def set_status(
 ) -> None:
     """Set the earth pressure of a run of cells, which are dry, and the rate of the waves that leave them.
 
-    widths : from `widths_of`. rate : (cells,) array, filled, s-1.
+    Parameters
+    ----------
+    widths
+        From `widths_of`.
+    start, stop
+        The cells.
+    rate
+        (cells,) array, filled, s-1.
     """
     for k in range(start, stop):
         i = np.uint64(k)
@@ -92,7 +99,7 @@ def set_status(
 
 
 @kernel()
-def held(
+def is_static(
     now: Fields,
     slopes: Array,
     status: Status,
@@ -102,11 +109,11 @@ def held(
     faces: Faces,
     i: int,
 ) -> bool:
-    """Whether friction holds cell i, which is at rest.
+    """Whether cell i, which is at rest, is below yield.
 
-    It does if ``|(beta_x h_x - g sin xi, beta_y h_y)|`` is at most ``g cos xi tan delta`` at each face,
-    with the difference to the cell beyond and the gradient along the face. A wall holds what leans on it.
-    From a dry cell nothing can slide in: what the rim of a heap is held by lies below it.
+    It is if ``|(beta_x h_x - g sin xi, beta_y h_y)|`` is at most ``g cos xi tan delta`` at each face, with
+    the difference to the cell beyond and the gradient along the face. A wall supports what presses on it.
+    From a dry cell nothing can slide in: what supports the rim of a heap lies below it.
     """
     h, b_x, b_y = now.h, status.beta_x[i], status.beta_y[i]
     for m in range(faces.number[i]):
@@ -180,7 +187,7 @@ def classify_cloud(arrays: CloudArrays) -> float:
             for i in range(b * LANES, (b + 1) * LANES):
                 top[b] = max(top[b], rate[i])
                 rests = static[i] == 0.0 and u[i] == 0.0 and v[i] == 0.0
-                if rests and held(now, slopes, status, bed, material, sides, faces, i):
+                if rests and is_static(now, slopes, status, bed, material, sides, faces, i):
                     static[i] = BELOW_YIELD
                 moves |= static[i] == 0.0
             activity.moving[b] = moves

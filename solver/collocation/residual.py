@@ -19,8 +19,14 @@ from solver.kernels.state import CloudBed, Fields, Material
 class Images(NamedTuple):
     """How images mirror the velocities of their points.
 
-    owner : (points and images,), number of each point itself, of each image its point's. sign : (images, 2),
-    factor of either component. outward : (images, 2), 1 where the component is first made positive.
+    Attributes
+    ----------
+    owner
+        (points and images,), number of each point itself, of each image its point's.
+    sign
+        (images, 2), factor of either component.
+    outward
+        (images, 2), 1 where the component is first made positive.
     """
 
     owner: Indices
@@ -39,7 +45,12 @@ class Momenta(NamedTuple):
 class Open(NamedTuple):
     """What open sides let out: pairs of a point and an image beyond an open side, as `open_sides` lists them.
 
-    point, image, side : (m,). weight : (m, 2), of the momentum of both along and across, m.
+    Attributes
+    ----------
+    point, image, side
+        (m,).
+    weight
+        (m, 2), of the momentum of both along and across, m.
     """
 
     point: Indices
@@ -51,9 +62,20 @@ class Open(NamedTuple):
 class Scratch(NamedTuple):
     """Scratch arrays of a run.
 
-    start : state at the start of the step. q : state after a stage; where nothing is chosen, that in force.
-    change : what relaxation makes of it. gains : (n, 5), filled by `derivatives`. beta : (n, 2), g cos(xi) K
-    (eq. 7) along x and y, m s-2. mark, flag, chosen : (n,).
+    Attributes
+    ----------
+    start
+        State at the start of the step.
+    q
+        State after a stage; where nothing is chosen, that in force.
+    change
+        What relaxation makes of it.
+    gains
+        (n, 5), filled by `derivatives`.
+    beta
+        (n, 2), g cos(xi) K (eq. 7) along x and y, m s-2.
+    mark, flag, chosen
+        (n,).
     """
 
     start: Fields
@@ -96,8 +118,12 @@ def choose(
 ) -> int:
     """List the points that have in their support a depth above ``dry`` or below its negative.
 
-    count : points listed before in this step, which stay; with 0 the list is made anew. Returns the new one.
-    mark : 1 for what is listed, 2 where what it reaches is listed too.
+    Parameters
+    ----------
+    count
+        Points listed before in this step, which stay; with 0 the list is made anew. Returns the new one.
+    mark
+        1 for what is listed, 2 where what it reaches is listed too.
     """
     if count == 0:
         mark[:] = 0
@@ -124,8 +150,11 @@ def derivatives(now: Fields, chosen: Indices, stencils: Stencils, gains: Array) 
 
     Two sums run side by side, so that one does not wait for the other's last addition.
 
-    gains : (n, 5), filled with the divergence of ``h u`` (m s-1), of the fluxes of momentum along and across
-    (m2 s-2), and with the gradient of h (dimensionless).
+    Parameters
+    ----------
+    gains
+        (n, 5), filled with the divergence of ``h u`` (m s-1), of the fluxes of momentum along and across (m2
+        s-2), and with the gradient of h (dimensionless).
     """
     h, u, v = now
     near, weights, own = stencils.neighbours, stencils.gradient, np.uint64(stencils.own)

@@ -28,8 +28,12 @@ from solver.kernels.state import CloudBed, Fields, Material
 class CollocationArrays(NamedTuple):
     """What the kernels of a run read and write.
 
-    coordinates, area : of points and images, as of `CollocationOperators`. film, around : as `velocities`
-    takes them.
+    Attributes
+    ----------
+    coordinates, area
+        Of points and images, as of `CollocationOperators`.
+    film, around
+        As `velocities` takes them.
     """
 
     now: Fields

@@ -1,7 +1,7 @@
-"""The state that a cell has at a face: LMLS reconstruction, limiter, and what holds at fronts.
+"""The state that a cell has at a face: LMLS reconstruction, limiter and front rule.
 
-The limiter is Koren's (1993): the third-order step, bounded by the differences to both neighbours; where the
-flow is being stopped, it is minmod.
+The limiter is Koren's (1993): the third-order step, bounded here by once the difference to either neighbour.
+Where the flow is being stopped, half the difference bounds it (minmod).
 """
 
 from __future__ import annotations

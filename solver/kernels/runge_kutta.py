@@ -1,4 +1,4 @@
-"""SSP Runge-Kutta steps (eq. 14) of adaptive length, and why a run stops."""
+"""SSP Runge-Kutta steps (eq. 14; Shu & Osher 1988) of adaptive length, and why a run stops."""
 
 from __future__ import annotations
 
@@ -17,9 +17,20 @@ CONTINUE = -1
 class Limits(NamedTuple):
     """Until when a run goes on, and how fast.
 
-    target : time to stop at, s. max_steps : most time steps. shortest : a step below it counts as collapsed,
-    s. cfl : Courant number. rest_volume : a run is at rest where at most this much moves, m3. arrival_depth :
-    depth above which a cell counts as reached, m.
+    Attributes
+    ----------
+    target
+        Time to stop at, s.
+    max_steps
+        Most time steps.
+    shortest
+        A step below it counts as collapsed, s.
+    cfl
+        Courant number.
+    rest_volume
+        A run is at rest where at most this much moves, m3.
+    arrival_depth
+        Depth above which a cell counts as reached, m.
     """
 
     target: float
@@ -33,8 +44,16 @@ class Limits(NamedTuple):
 class Progress(NamedTuple):
     """What a run has used, arrays of shape (1,) or (2,) changed in place.
 
-    time : s. steps, cell_stages : counts. place : row, column of a failure. ledger : volumes in and out
-    of each side, shape (4, 2), m3.
+    Attributes
+    ----------
+    time
+        Time reached, s.
+    steps, cell_stages
+        Time steps taken, and cells updated, summed over stages.
+    place
+        Row, column of a failure.
+    ledger
+        Volumes in and out of each side, shape (4, 2), m3.
     """
 
     time: Array
@@ -49,6 +68,17 @@ def step_length(rate: float, cfl: float, remaining: float, shortest: float) -> f
     """Length of the next step, s, by the largest wave rate (s-1); 0 where it would be below ``shortest``.
 
     The last two steps before a target are of equal length, so that no sliver of a step is left.
+
+    Parameters
+    ----------
+    rate : float
+        Largest wave rate, s-1; 0 where nothing flows.
+    cfl : float
+        Courant number.
+    remaining : float
+        Time to the target, s.
+    shortest : float
+        Least length, s.
     """
     dt = cfl / rate if rate > 0.0 else remaining
     if dt < shortest:
@@ -75,6 +105,19 @@ def less_moving(
 
     A run is not at rest where the volume becomes negative and a cell moves. Once it has started, one has to:
     what a step leaves all at rest is left so by the next, even where a single face is above yield.
+
+    Parameters
+    ----------
+    left : float
+        What is left of the volume, m3 or m.
+    moves : bool
+        Whether a cell before has a velocity.
+    static : float
+        Status of the cell.
+    amount : float
+        What the cell holds, in the unit of ``left``.
+    u, v : float
+        Velocity of the cell, m s-1.
     """
     if static != 0.0:
         return left, moves

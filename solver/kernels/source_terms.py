@@ -137,7 +137,10 @@ def velocity_left(
 def drag_factor(speed: float, h: float, drag: float) -> float:
     """Share of a speed (m s-1) that implicit turbulent drag leaves at depth h (m).
 
-    drag : g / turbulent friction times the time that it acts, s.
+    Parameters
+    ----------
+    drag
+        Coefficient of turbulent drag, g / turbulent friction, times the time that it acts, s.
     """
     resistance = 4.0 * drag * speed / (h if h > 0.0 else 1.0)
     return 2.0 / (1.0 + math.sqrt(1.0 + resistance))

@@ -19,10 +19,15 @@ RING = 4
 class Buffers(NamedTuple):
     """Scratch rows, reused by every stage.
 
-    along, across : face values of one row along x, and of two rows along y.
-    x_fluxes, y_fluxes : ring of rows; the face with the index of a cell is the one before it along x, and the
-    one after it along y.
-    limiter : ring of rows of the share of its outflow that leaves the cell a depth.
+    Attributes
+    ----------
+    along, across
+        Face values of one row along x, and of two rows along y.
+    x_fluxes, y_fluxes
+        Ring of rows; the face with the index of a cell is the one before it along x, and the one after it
+        along y.
+    limiter
+        Ring of rows of the share of its outflow that leaves the cell a depth.
     """
 
     along: FaceValues
@@ -35,8 +40,12 @@ class Buffers(NamedTuple):
 class LatticeArrays(NamedTuple):
     """The arrays of a run.
 
-    now, first_stage, second_stage : states at the start of the step and after its stages. inner : (4,),
-    whether a side is inside the lattice: what comes to it stops the run before the step.
+    Attributes
+    ----------
+    now, first_stage, second_stage
+        States at the start of the step and after its stages.
+    inner
+        (4,), whether a side is inside the lattice: what comes to it stops the run before the step.
     """
 
     now: Fields

@@ -24,12 +24,19 @@ from solver.lattice.spans import hull
 
 @kernel()
 def depth_at_wall(h: float, rise: float) -> float:
-    """Depth of a ghost beyond a wall that its image leans on, m.
+    """Depth of a ghost beyond a wall that supports its image, m.
 
-    On a slope steeper than friction what lies against a wall is deeper toward it; ghosts continue the least
-    such slope, since the mirror image alone would carry half of the weight and never let it rest. What is too
-    thin to lean over its whole cell shows the wall no more than twice its depth, as it does other cells: the
-    wall would push it off otherwise.
+    On a slope steeper than friction what lies against a wall is deeper toward it. Ghosts continue the least
+    such slope, since the mirror image alone would carry half of the weight and never let it rest. The depth
+    is at most twice that of the image, which may be too thin to lie against the wall over its whole cell:
+    the wall would push it off otherwise.
+
+    Parameters
+    ----------
+    h : float
+        Depth of the image, m.
+    rise : float
+        Gain of depth from the image to the ghost, m.
     """
     return min(max(0.0, h + rise), 2.0 * h)
 
@@ -71,6 +78,13 @@ def ghost_row(h: Array, n: Array, t: Array, ghost: int, source: int, count: int,
     """Fill a run of ghosts beyond a side along x with their images, as `ghosts_beyond` without a rise.
 
     AXIS and MIDLINE mirror as a WALL does, EVEN continues as OPEN does.
+
+    Parameters
+    ----------
+    ghost, source : int
+        Index of the first ghost and of its image.
+    count, kind : int
+        Number of ghosts, kind of the side.
     """
     sign_n, sign_t = 1.0 if kind in (OPEN, EVEN) else -1.0, -1.0 if kind == NO_SLIP else 1.0
     for k in range(count):

@@ -59,7 +59,7 @@ def outflow_limits(
     limiter: Array,
     to: int,
 ) -> bool:
-    """Share of its outflow that each cell of a row can lose in dt (s) without drying out.
+    """Positivity limiter: the share of its outflow that each cell of a row can lose in dt (s).
 
     Parameters
     ----------
@@ -100,6 +100,15 @@ def limit_outflow(fluxes: Fluxes, at: int, limiter: Array, low: int, high: int, 
     """Multiply mass and momentum fluxes by the share of its outflow that a cell is left; pressure stays.
 
     A face that carries no mass leaves no cell, and keeps the impulse of a wall or of two flows that meet.
+
+    Parameters
+    ----------
+    fluxes, at
+        Fluxes, changed in place, and the index of the first face.
+    limiter, low, high
+        Shares, from `outflow_limits`, and the indices of the first face's cells.
+    count : int
+        Number of faces.
     """
     for k in range(count):
         mass = fluxes.mass[at + k]
@@ -132,6 +141,8 @@ def restrict_side(
         Depth (m), normal and tangential velocity (m s-1), g cos(xi) K (m s-2).
     cell, count : int
         Index of the first cell inside, number of faces.
+    kind, outward
+        Kind of the side, and sign of the outward direction along the face normal.
     """
     for k in range(count):
         f, i = at + k, cell + k

@@ -17,7 +17,10 @@ from solver.lattice.symmetry import images
 class Spans(NamedTuple):
     """Half-open column ranges of each padded row, shape (2, ny + 4): of wet, of moving, of stepped cells.
 
-    rate : (nx + 4,) array, largest wave rate of each column in this step, s-1.
+    Attributes
+    ----------
+    rate
+        (nx + 4,) array, largest wave rate of each column in this step, s-1.
     """
 
     wet: Indices
@@ -28,7 +31,7 @@ class Spans(NamedTuple):
 
 @kernel()
 def hull(spans: Indices, first: int, last: int) -> tuple[int, int]:
-    """Smallest range that covers the spans of rows ``first`` to ``last``; (0, 0) if all are empty."""
+    """Smallest range that covers spans (2, rows) of rows ``first`` to ``last``; (0, 0) if all are empty."""
     lo, hi = 1 << 60, 0
     for j in range(max(first, 0), min(last, spans.shape[1] - 1) + 1):
         if spans[0, j] < spans[1, j]:
@@ -97,7 +100,12 @@ def moving_volume_exceeds(
 ) -> bool:
     """Whether cells that are not static hold more than a volume, m3, or a given depth drives a side.
 
-    started : whether the run has taken a step, after which one of the cells has to move.
+    Parameters
+    ----------
+    volume
+        The volume, m3.
+    started
+        Whether the run has taken a step, after which one of the cells has to move.
     """
     m, depth, moves = grid.stride, volume / (grid.dx * grid.dy), not started
     for j in range(GHOSTS, grid.rows - GHOSTS):

@@ -1,4 +1,4 @@
-"""Which cells take part in a step: what is dry, what friction holds, what its neighbours can reach."""
+"""Which cells take part in a step: what is dry, what is below yield, what its neighbours can reach."""
 
 from __future__ import annotations
 
@@ -40,11 +40,18 @@ def classify_run(
     column: int,
     count: int,
 ) -> None:
-    """Set earth pressure and stillness of a run of cells, and raise the wave rate of their columns.
+    """Set earth pressure and status of a run of cells, and raise the wave rate of their columns.
 
     A cell is static if it is dry, or at rest with ``|(beta_x h_x - g sin xi, beta_y h_y)|`` at most
     ``g cos xi tan delta`` at each of its faces: were it asked of the whole cell alone, a spike one cell wide
-    would hold. A dry neighbour has no velocity of its own and does not make a velocity gradient.
+    would stand. A dry neighbour has no velocity of its own and does not make a velocity gradient.
+
+    Parameters
+    ----------
+    rate : (nx + 4,) array
+        Largest wave rate of each column, s-1, raised in place.
+    cell, column, count : int
+        Index of the first cell, its column, number of cells.
     """
     h, u, v = now
     dry, one, row = material.dry, np.uint64(1), np.uint64(grid.stride)
@@ -127,7 +134,7 @@ def classify(
 
 @kernel(unaliased=True)
 def copy_status(status: Status, ghost: int, source: int, count: int) -> None:
-    """Give a run of ghosts the status of their images."""
+    """Give a run of ghosts, from index ``ghost`` on, the status of their images, from index ``source`` on."""
     for k in range(count):
         g, i = np.uint64(ghost) + np.uint64(k), np.uint64(source) + np.uint64(k)
         status.beta_x[g], status.beta_y[g] = status.beta_x[i], status.beta_y[i]

@@ -31,7 +31,15 @@ Rows = tuple[int, int, int]
 def record_maxima(
     now: Fields, spans: Indices, grid: Grid, dry: float, threshold: float, record: Record, progress: Progress
 ) -> bool:
-    """Update the maxima within the given spans (2, ny + 4); on a value that is not finite, note its place."""
+    """Update the maxima within spans; say whether all values are finite, or note the place of one.
+
+    Parameters
+    ----------
+    spans : (2, ny + 4) array
+        Half-open column ranges of each padded row.
+    dry, threshold : float
+        Depths up to which a cell counts as dry and as not reached, m.
+    """
     m, g, time = grid.stride, GHOSTS, progress.time[0]
     for j in range(g, grid.rows - g):
         a, b = spans[0, j], spans[1, j]

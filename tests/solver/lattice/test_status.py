@@ -29,7 +29,7 @@ def classified(case):
 
 
 @pytest.mark.parametrize("case", CASES.values(), ids=CASES)
-def test_earth_pressure_stillness_and_wave_rate_are_their_twin(case):
+def test_earth_pressure_status_and_wave_rate_are_their_twin(case):
     run, rate = classified(case)
     twin = dense.Run(case)
     assert rate == pytest.approx(twin.classify()[0], rel=1e-14)
@@ -92,7 +92,7 @@ def test_hull_covers_spans_and_ignores_empty_ones():
     assert hull(spans, 2, 2) == hull(spans, 4, 9) == (0, 0)
 
 
-def test_moving_volume_counts_what_is_not_still():
+def test_moving_volume_counts_what_is_not_static():
     for case, _ in SCENES.values():
         run, _ = classified(case)
         twin = dense.Run(case)
