@@ -16,9 +16,20 @@ from solver.kernels.state import CloudBed
 class Relaxation(NamedTuple):
     """How the state is relaxed after each stage.
 
-    omega : of eq. 25, 0 for none. threshold : of eq. 24. floor : least depth that eq. 24 divides by, m.
-    pairs : 1 to exchange between pairs, 0 for eq. 25 as printed. momentum : 1 to relax momentum too. clip : 1
-    to set negative depths to zero afterwards.
+    Attributes
+    ----------
+    omega
+        Of eq. 25, 0 for none.
+    threshold
+        Of eq. 24.
+    floor
+        Least depth that eq. 24 divides by, m.
+    pairs
+        1 to exchange between pairs, 0 for eq. 25 as printed.
+    momentum
+        1 to relax momentum too.
+    clip
+        1 to set negative depths to zero afterwards.
     """
 
     omega: float
