@@ -26,8 +26,8 @@ from pipeline.batch.scheduling import Ending, Todo, execute, execute_here, pendi
 from pipeline.batch.task import Solve
 from pipeline.runs.domain_search import settled
 from pipeline.runs.duplicates import copies
-from pipeline.runs.runs import Runs, expand
-from pipeline.runs.shared_points import SharedPoints, kept, share
+from pipeline.runs.runs import Runs, expand, share
+from pipeline.runs.shared_points import SharedPoints, kept
 from pipeline.runs.template import said, shares, template
 from pipeline.scenario.scenario import Scenario, differences
 from pipeline.store import layout, provenance, run_table, zarr_store
@@ -141,6 +141,8 @@ def complete(
             if scenario.name in replaced or not is_made(path):
                 checkpoints.clear()
                 layout.create(path, template(scenario, runs, shared), replace=scenario.name in replaced)
+            elif part == WHOLE:
+                layout.add_summaries(path)
             carried: SharedPoints | Path = shared
             if part == WHOLE:
                 carried = stack.enter_context(kept(shared, out / f".{scenario.name}.points.partial"))

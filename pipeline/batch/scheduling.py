@@ -82,7 +82,7 @@ class Todo:
 
     def jobs(self, *, again: bool) -> Iterator[Job]:
         """Go through what is left, one job a group: those that others stand for, or the rest."""
-        held = variables(self.scenario)
+        held = zarr_store.held(self.path, variables(self.scenario))
         for start in self.starts:
             stop = min(start + self.group, len(self.runs))
             left = [int(i) for i in np.arange(start, stop) if self.wanted[i]]

@@ -11,7 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.mistakes import BadInput
-from pipeline.runs.runs import Run, build_scene, expand
+from pipeline.runs.run import Run
+from pipeline.runs.runs import expand
+from pipeline.runs.scene_of_run import build_scene
 from pipeline.runs.shared_points import SharedPoints
 from pipeline.scenario import solver_objects
 from pipeline.scenario.scenario import Scenario

@@ -10,15 +10,12 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pipeline.mistakes import BadInput
 from pipeline.scenario import solver_objects
-from pipeline.scenario.strict_yaml import parse
 from solver.points.lattice import Lattice
 
 if TYPE_CHECKING:
-    from pipeline.runs.runs import Run
+    from pipeline.runs.run import Run
     from pipeline.scenario.point_file import PointFile
-    from pipeline.scenario.scenario import Scenario
     from pipeline.settings.settings import Settings
     from solver.forms import Kind, Operators
     from solver.points.cloud import PointCloud
@@ -35,22 +32,6 @@ class SharedPoints:
     points: Lattice | PointCloud
     operators: dict[Hashable, Operators | None]
     kinds: frozenset[Kind]
-
-
-def share(scenario: Scenario, runs: Iterable[Run]) -> SharedPoints:
-    """Make the points of a scenario and the operators of its runs.
-
-    Raises
-    ------
-    BadInput
-        If points or supports are not fit; the message names the points.
-    """
-    try:
-        return made(scenario.settings, scenario.points, runs)
-    except ValueError as error:
-        document = parse(scenario.text, str(scenario.path))
-        found = f"expected points that fit, found {error}"
-        raise BadInput([document.mistake(("points",), found)]) from None
 
 
 def made(settings: Settings, file: PointFile | None, runs: Iterable[Run]) -> SharedPoints:

@@ -4,13 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pipeline.scenario.elevation_table import ElevationTable
-from pipeline.scenario.point_file import PointFile
 from pipeline.settings import points as points_settings
 from pipeline.settings import release as release_settings
 from pipeline.settings import scheme as scheme_settings
 from pipeline.settings import terrain as terrain_settings
-from pipeline.settings.settings import Material, Settings
 from solver.physics import terrain
 from solver.physics.earth_pressure import EarthPressure, Isotropic, MohrCoulomb
 from solver.physics.friction import Coulomb, Voellmy
@@ -18,6 +15,10 @@ from solver.points.lattice import Lattice
 from solver.release import shapes
 
 if TYPE_CHECKING:
+    from pipeline.scenario.elevation_table import ElevationTable
+    from pipeline.scenario.point_file import PointFile
+    from pipeline.settings.settings import Material, Settings
+
     # compiled code takes longer to import than a scenario to check
     from solver.points.cloud import PointCloud
     from solver.scene import Scheme

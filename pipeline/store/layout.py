@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 from zarr.codecs import ZstdCodec
 
 from pipeline.store import storage
+from pipeline.store.provenance import made_by
 from pipeline.store.variables import DIGEST, RETURN_PERIOD, STATUS, WEIGHT, Variable
-from pipeline.store.zarr_store import digest, dims
+from pipeline.store.zarr_store import attributes, digest, dims
 
 LARGEST_CHUNK = 20_000_000
 FRAMES_PER_CHUNK = 8
@@ -142,6 +143,15 @@ def create(path: Path, template: Template, *, replace: bool = True) -> None:
         shutil.rmtree(old)
     else:
         aside.rename(path)
+
+
+def add_summaries(path: Path) -> None:
+    """Note in a store that values of further runs are made by the code of this process."""
+    before = str(attributes(path).get("summary_hash", ""))
+    here = made_by()["summary_hash"]
+    if here not in before.split():
+        root = zarr.open_group(storage.store_of(path), mode="r+", use_consolidated=False)
+        root.attrs.update({"summary_hash": f"{before} {here}".strip()})
 
 
 def restate(path: Path, said: Mapping[str, str], shares: Sequence[tuple[Variable, NDArray[Any]]]) -> None:

@@ -32,9 +32,15 @@ class Survey:
         total = sum(self.statuses.values())
         counts = ", ".join(f"{self.statuses[s]} {s.words.replace('_', ' ')}" for s in Status)
         held = self.attributes
-        made = f"made by lmls {held.get('lmls_version', 'unknown')}, solver {short(held.get('solver_hash'))}"
+        summaries = [short(each) for each in str(held.get("summary_hash", "unknown")).split()]
+        made = (
+            f"made by lmls {held.get('lmls_version', 'unknown')}, solver {short(held.get('solver_hash'))}, "
+            f"summaries {' and '.join(summaries)}"
+        )
         changed = provenance.differences(held)
         note = f"; another one here: {', '.join(changed)}" if changed else ""
+        if (here := short(provenance.made_by()["summary_hash"])) not in summaries:
+            note += f"; summaries here: {here}"
         scenario = short(held.get("scenario_hash"))
         return f"{self.name}: {total} run{'s' * (total != 1)}: {counts}\n  scenario {scenario}, {made}{note}"
 

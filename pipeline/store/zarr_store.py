@@ -13,7 +13,7 @@ import os
 import shutil
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import zarr
@@ -22,7 +22,7 @@ from zarr.api.asynchronous import open_group
 from zarr.core.sync import sync
 
 from pipeline.store.storage import is_url, store_of
-from pipeline.store.variables import DIGEST, STATUS, TIMINGS, Status, Variable
+from pipeline.store.variables import DIGEST, PER_RUN, STATUS, TIMINGS, Status, Variable
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -150,10 +150,37 @@ def group(path: Path) -> int:
 
 
 def row(path: Path, variables: Sequence[Variable], run: int) -> dict[str, Any]:
-    """Read the values of a run by name of variable, digest and status apart, as ``write`` takes them."""
+    """Read the values of a run by name of variable, digest and status apart, as ``write`` takes them.
+
+    Variables that the store lacks are left out.
+    """
     root = read(path)
-    arrays = {variable.name: _array(root, variable) for variable in variables[:-2]}
+    arrays = {v.name: _array(root, v) for v in variables[:-2] if v.name in root}
     return {name: array[run] if "run" in dims(array) else array[...] for name, array in arrays.items()}
+
+
+def held(path: Path, known: Sequence[Variable]) -> tuple[Variable, ...]:
+    """List what a store holds per run, in the order of writing.
+
+    A store keeps to the variables that it was made with: those it lacks are left out, and those that are not
+    known any more get their fill value.
+
+    Parameters
+    ----------
+    path : Path
+        The store.
+    known : sequence of Variable
+        What it would hold if it were made now, digest and status last.
+    """
+    root = read(path)
+    apart = {*str(root.attrs.get("coordinates", "")).split(), *(variable.name for variable in known)}
+    former = [
+        Variable(name, dims(array), cast(Any, array.dtype.name), "", "", array.fill_value)
+        for name, array in sorted(root.arrays())
+        if dims(array)[:1] == ("run",) and name not in apart and dims(array) != (name,)
+    ]
+    *values, digests, status = (variable for variable in known if variable.name in root)
+    return (*values, *former, digests, status)
 
 
 def attributes(path: Path) -> dict[str, Any]:
@@ -167,6 +194,8 @@ def attributes(path: Path) -> dict[str, Any]:
 def open_store(path: Path) -> xr.Dataset:
     """Open a store lazily, values read as they are used.
 
+    Variables per run that are younger than the store are missing in every run.
+
     Raises
     ------
     FileNotFoundError
@@ -175,7 +204,11 @@ def open_store(path: Path) -> xr.Dataset:
     import xarray as xr
 
     opened: xr.Dataset = xr.open_zarr(store_of(path), chunks=None, consolidated=False)
-    return opened
+    if STATUS.name not in opened:
+        return opened
+    younger = [variable for variable in PER_RUN if variable.name not in opened]
+    empty = {v.name: np.full(opened.sizes["run"], "" if v.dtype == "string" else np.nan) for v in younger}
+    return opened.assign({v.name: (v.dims, empty[v.name], v.cf_attributes) for v in younger})
 
 
 def sweep_partials(out: Path) -> int:
