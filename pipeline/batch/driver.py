@@ -31,8 +31,8 @@ from pipeline.runs.shared_points import SharedPoints, kept
 from pipeline.runs.template import said, shares, template
 from pipeline.scenario.scenario import Scenario, differences
 from pipeline.store import layout, provenance, run_table, zarr_store
-from pipeline.store.place import WHOLE, Part, checkpoint_path, log_path, store_path, summary_path
-from pipeline.store.storage import is_made, is_url
+from pipeline.store.place import WHOLE, Part, checkpoint_path, store_path, summary_path
+from pipeline.store.storage import Location, is_made, storage_of
 from pipeline.store.variables import Status
 from solver.forms import Kind
 from solver.points.lattice import Lattice
@@ -65,7 +65,7 @@ class Outcome:
 
 def complete(
     scenarios: Sequence[Scenario],
-    out: Path,
+    out: Location,
     console: Console,
     *,
     count: int | None = None,
@@ -85,7 +85,7 @@ def complete(
     ----------
     scenarios : sequence of Scenario
         With names of their own.
-    out : Path
+    out : Location
         The place; workers elsewhere see it under the same name.
     console : Console
         Where progress is shown.
@@ -118,13 +118,13 @@ def complete(
     OSError
         If a store cannot be made or read.
     """
-    out = out if is_url(out) else out.absolute()
-    log = log or (None if is_url(out) else log_path(out))
+    out = storage_of(out).absolute()
+    log = log or storage_of(out).log()
     replaced = _changed(scenarios, out)
     if replaced and not overwrite:
         raise ChangedError("\n".join(line for lines in replaced.values() for line in lines))
     if sweep:
-        zarr_store.sweep_partials(out)
+        storage_of(out).sweep()
     if part == WHOLE:
         for scenario in scenarios:
             path = store_path(out, scenario.name)
@@ -143,7 +143,7 @@ def complete(
                 layout.create(path, template(scenario, runs, shared), replace=scenario.name in replaced)
             elif part == WHOLE:
                 layout.add_summaries(path)
-            carried: SharedPoints | Path = shared
+            carried: SharedPoints | Location = shared
             if part == WHOLE:
                 carried = stack.enter_context(kept(shared, out / f".{scenario.name}.points.partial"))
             wanted = pending(path, retry_failed)
@@ -159,7 +159,7 @@ def complete(
     return Outcome(ending, counts, whole)
 
 
-def _sharing(left: Sequence[Todo], scenarios: Sequence[Scenario], out: Path) -> list[Todo]:
+def _sharing(left: Sequence[Todo], scenarios: Sequence[Scenario], out: Location) -> list[Todo]:
     """Tell what is left of the runs that others have the physics of, finished ones first."""
     names = {each.scenario.name for each in left}
     finished = [
@@ -173,7 +173,7 @@ def _sharing(left: Sequence[Todo], scenarios: Sequence[Scenario], out: Path) -> 
 
 def _shared(
     scenarios: Sequence[Scenario],
-    out: Path,
+    out: Location,
     replaced: Container[str],
     retry_failed: bool,
     console: Console,
@@ -195,7 +195,7 @@ def _shared(
     return made
 
 
-def _changed(scenarios: Sequence[Scenario], out: Path) -> dict[str, list[str]]:
+def _changed(scenarios: Sequence[Scenario], out: Location) -> dict[str, list[str]]:
     """Say by name of scenario what changed since its store was made; without those that did not change."""
     found: dict[str, list[str]] = {}
     for scenario in scenarios:

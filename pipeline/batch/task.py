@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,6 +16,7 @@ from pipeline.runs.scene_of_run import compute
 from pipeline.runs.shared_points import SharedPoints
 from pipeline.runs.stored_values import implausible, reason, stored, warned
 from pipeline.store import zarr_store
+from pipeline.store.storage import Location
 from pipeline.store.variables import COMPUTED, TIMINGS, Status, Variable
 from solver.simulation import Result, simulate
 
@@ -31,13 +31,13 @@ class Job:
     with the same physics.
     """
 
-    path: Path
+    path: Location
     variables: tuple[Variable, ...]
     runs: tuple[Run, ...]
-    shared: SharedPoints | Path
+    shared: SharedPoints | Location
     limits: Limits = UNLIMITED
     checkpoints: Checkpoints | None = None
-    same: Mapping[int, tuple[Path, int]] = field(default_factory=dict)
+    same: Mapping[int, tuple[Location, int]] = field(default_factory=dict)
 
     def name(self, run: Run) -> str:
         """Name of a run that no other store has."""
@@ -48,7 +48,7 @@ class Job:
 class Outcome:
     """What became of a run: store, index, status, why it failed or how far it overran, elapsed time, s."""
 
-    path: Path
+    path: Location
     run: int
     status: Status
     reason: str = ""

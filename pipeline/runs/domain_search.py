@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import ceil, floor
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +21,7 @@ from pipeline.settings.scheme import WeightedResidual
 from pipeline.settings.section import Pair
 from pipeline.settings.settings import Domain
 from pipeline.store import zarr_store
+from pipeline.store.storage import Location
 from solver.points.lattice import Lattice
 from solver.simulation import simulate
 
@@ -52,7 +52,7 @@ class _Box:
         )
 
 
-def settled(scenario: Scenario, path: Path | None, tell: Callable[[str], None]) -> Scenario:
+def settled(scenario: Scenario, path: Location | None, tell: Callable[[str], None]) -> Scenario:
     """Give a scenario with a domain: its own, that of its store, or one found from the flow.
 
     Every run is done on a lattice of wider spacing without sides, which is made larger until the flow of none
@@ -62,7 +62,7 @@ def settled(scenario: Scenario, path: Path | None, tell: Callable[[str], None]) 
     ----------
     scenario : Scenario
         As it was read.
-    path : Path, optional
+    path : Location, optional
         Its store, where that may be there and holds what is asked for.
     tell : callable
         Told the domain that was found.

@@ -7,7 +7,6 @@ from collections.abc import Hashable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pipeline.scenario import solver_objects
@@ -17,6 +16,7 @@ if TYPE_CHECKING:
     from pipeline.runs.run import Run
     from pipeline.scenario.point_file import PointFile
     from pipeline.settings.settings import Settings
+    from pipeline.store.storage import Location
     from solver.forms import Kind, Operators
     from solver.points.cloud import PointCloud
 
@@ -57,7 +57,7 @@ def made(settings: Settings, file: PointFile | None, runs: Iterable[Run]) -> Sha
 
 
 @contextmanager
-def kept(shared: SharedPoints, path: Path) -> Iterator[SharedPoints | Path]:
+def kept(shared: SharedPoints, path: Location) -> Iterator[SharedPoints | Location]:
     """Give what a job carries of points: a lattice as it is, what is large as a file while this lasts.
 
     A driver that is killed leaves the file, which is named so as to be swept.
@@ -73,13 +73,13 @@ def kept(shared: SharedPoints, path: Path) -> Iterator[SharedPoints | Path]:
         path.unlink(missing_ok=True)
 
 
-def load(carried: SharedPoints | Path) -> SharedPoints:
+def load(carried: SharedPoints | Location) -> SharedPoints:
     """Give the points that a job carries; a file is read once a process."""
     return carried if isinstance(carried, SharedPoints) else _read(carried)
 
 
 @lru_cache(maxsize=2)
-def _read(path: Path) -> SharedPoints:
+def _read(path: Location) -> SharedPoints:
     with path.open("rb") as file:
         loaded = pickle.load(file)
     assert isinstance(loaded, SharedPoints)
