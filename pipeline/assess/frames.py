@@ -7,7 +7,7 @@ import json
 import numpy as np
 import xarray as xr
 
-from pipeline.runs.runs import DEFAULT_THRESHOLD
+from pipeline.runs.scene_of_run import DEFAULT_THRESHOLD
 
 
 def cell_area(store: xr.Dataset) -> xr.DataArray:

@@ -63,9 +63,9 @@ def read(path: Path, store: xr.Dataset, threshold: float) -> Observed:
         If it cannot be read.
     """
     cells = Cells(store)
-    if path.suffix in OUTLINES:
+    if path.suffix.lower() in OUTLINES:
         return _whole(Observed(_within_polygons(path, store, cells), None), path, store)
-    if path.suffix in RASTERS:
+    if path.suffix.lower() in RASTERS:
         sampled = _raster(path, store, cells)
         return _whole(Observed(sampled > threshold, sampled), path, store)
     return _whole(_on_bed(path, cells, threshold), path, store)
@@ -148,7 +148,7 @@ def _on_bed(path: Path, cells: Cells, threshold: float) -> Observed:
 def _table(path: Path) -> pd.DataFrame:
     """Give the places of a file as the columns x, y and perhaps depth."""
     try:
-        if path.suffix == ".nc":
+        if path.suffix.lower() == ".nc":
             with xr.open_dataset(path) as survey:
                 table = survey["depth"].to_dataframe().reset_index().dropna(subset=["depth"])
         else:

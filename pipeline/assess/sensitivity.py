@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,6 +14,7 @@ from pipeline.assess.receptors import reached
 from pipeline.assess.tables import behind
 from pipeline.scenario.scenario import stored
 from pipeline.store.place import store_paths
+from pipeline.store.storage import Location
 from pipeline.store.variables import COMPUTED, STATUS
 from pipeline.store.zarr_store import open_store
 
@@ -30,7 +30,7 @@ NORMAL, NORMAL_ONE_SIDED = 1.96, 1.645
 SEED = 0
 
 
-def sensitivity(out: Path, tell: Callable[[str], None]) -> pd.DataFrame:
+def sensitivity(out: Location, tell: Callable[[str], None]) -> pd.DataFrame:
     """Table the indices of every varied parameter of a place's scenarios.
 
     PAWN's index is the distance between the distribution of a quantity and that where the parameter is held
@@ -41,7 +41,7 @@ def sensitivity(out: Path, tell: Callable[[str], None]) -> pd.DataFrame:
 
     Parameters
     ----------
-    out : Path
+    out : Location
         The place.
     tell : callable
         Told a line for each scenario, or quantity of one, that has no indices, and why.

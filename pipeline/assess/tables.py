@@ -16,6 +16,7 @@ from pipeline.assess.receptors import reached
 from pipeline.assess.statistics import Bounded, Values
 from pipeline.store import run_table
 from pipeline.store.place import store_paths
+from pipeline.store.storage import Location
 from pipeline.store.variables import COMPUTED, STATUS, Status
 from pipeline.store.zarr_store import open_store
 
@@ -30,12 +31,12 @@ SHARES = (0.05, 0.5, 0.95)
 DISTANCES = 41
 
 
-def assess(out: Path) -> dict[str, pd.DataFrame]:
+def assess(out: Location) -> dict[str, pd.DataFrame]:
     """Make the tables of a place.
 
     Parameters
     ----------
-    out : Path
+    out : Location
         The place.
 
     Returns

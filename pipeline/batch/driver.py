@@ -26,13 +26,13 @@ from pipeline.batch.scheduling import Ending, Todo, execute, execute_here, pendi
 from pipeline.batch.task import Solve
 from pipeline.runs.domain_search import settled
 from pipeline.runs.duplicates import copies
-from pipeline.runs.runs import Runs, expand
-from pipeline.runs.shared_points import SharedPoints, kept, share
+from pipeline.runs.runs import Runs, expand, share
+from pipeline.runs.shared_points import SharedPoints, kept
 from pipeline.runs.template import said, shares, template
 from pipeline.scenario.scenario import Scenario, differences
 from pipeline.store import layout, provenance, run_table, zarr_store
-from pipeline.store.place import WHOLE, Part, checkpoint_path, log_path, store_path, summary_path
-from pipeline.store.storage import is_made, is_url
+from pipeline.store.place import WHOLE, Part, checkpoint_path, store_path, summary_path
+from pipeline.store.storage import Location, is_made, storage_of
 from pipeline.store.variables import Status
 from solver.forms import Kind
 from solver.points.lattice import Lattice
@@ -66,7 +66,7 @@ class Outcome:
 
 def complete(
     scenarios: Sequence[Scenario],
-    out: Path,
+    out: Location,
     console: Console,
     *,
     count: int | None = None,
@@ -86,7 +86,7 @@ def complete(
     ----------
     scenarios : sequence of Scenario
         With names of their own.
-    out : Path
+    out : Location
         The place; workers elsewhere see it under the same name.
     console : Console
         Where progress is shown.
@@ -119,13 +119,13 @@ def complete(
     OSError
         If a store cannot be made or read.
     """
-    out = out if is_url(out) else out.absolute()
-    log = log or (None if is_url(out) else log_path(out))
+    out = storage_of(out).absolute()
+    log = log or storage_of(out).log()
     replaced = _changed(scenarios, out)
     if replaced and not overwrite:
         raise ChangedError("\n".join(line for lines in replaced.values() for line in lines))
     if sweep:
-        zarr_store.sweep_partials(out)
+        storage_of(out).sweep()
     if part == WHOLE:
         for scenario in scenarios:
             path = store_path(out, scenario.name)
@@ -142,7 +142,9 @@ def complete(
             if scenario.name in replaced or not is_made(path):
                 checkpoints.clear()
                 layout.create(path, template(scenario, runs, shared), replace=scenario.name in replaced)
-            carried: SharedPoints | Path = shared
+            elif part == WHOLE:
+                layout.add_summaries(path)
+            carried: SharedPoints | Location = shared
             if part == WHOLE:
                 carried = stack.enter_context(kept(shared, out / f".{scenario.name}.points.partial"))
             wanted = pending(path, retry_failed)
@@ -158,7 +160,7 @@ def complete(
     return Outcome(ending, counts, whole)
 
 
-def _sharing(left: Sequence[Todo], scenarios: Sequence[Scenario], out: Path) -> list[Todo]:
+def _sharing(left: Sequence[Todo], scenarios: Sequence[Scenario], out: Location) -> list[Todo]:
     """Tell what is left of the runs that others have the physics of, finished ones first."""
     names = {each.scenario.name for each in left}
     finished = [
@@ -172,7 +174,7 @@ def _sharing(left: Sequence[Todo], scenarios: Sequence[Scenario], out: Path) -> 
 
 def _shared(
     scenarios: Sequence[Scenario],
-    out: Path,
+    out: Location,
     replaced: Container[str],
     retry_failed: bool,
     console: Console,
@@ -194,7 +196,7 @@ def _shared(
     return made
 
 
-def _changed(scenarios: Sequence[Scenario], out: Path) -> dict[str, list[str]]:
+def _changed(scenarios: Sequence[Scenario], out: Location) -> dict[str, list[str]]:
     """Say by name of scenario what changed since its store was made; without those that did not change."""
     found: dict[str, list[str]] = {}
     for scenario in scenarios:

@@ -21,6 +21,7 @@ from pipeline.cli.options import (
     read_part,
     read_place,
 )
+from pipeline.store.storage import Location
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -46,7 +47,7 @@ Files = Annotated[list[Path], typer.Argument(metavar="FILES...", help="Scenario 
 def run(
     files: Files,
     out: Annotated[
-        Path,
+        Location,
         typer.Option(
             metavar="PLACE", parser=read_place, help="Folder or URL, as s3://bucket/path, for results."
         ),

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
+from pipeline.store.storage import Location, located
+
 if TYPE_CHECKING:
     from pipeline.batch.driver import Engine
     from pipeline.store.place import Part
@@ -27,7 +29,7 @@ def end(message: str) -> NoReturn:
 @contextmanager
 def ending(codes: Codes) -> Iterator[None]:
     """End with an error's words and the first exit code whose kind it is of."""
-    from pipeline.store.storage import unreachable
+    from pipeline.store.objects import unreachable
 
     known = {**codes, **dict.fromkeys(unreachable(), TROUBLE)}
     try:
@@ -37,22 +39,32 @@ def ending(codes: Codes) -> Iterator[None]:
         raise typer.Exit(next(code for kind, code in known.items() if isinstance(error, kind))) from None
 
 
-def read_place(text: str | Path) -> Path:
-    """Give the path of a folder or of a URL, or end."""
-    from pipeline.store.storage import located
+def read_place(text: str | Path) -> Location:
+    """Give the location of a place, or end."""
+    from pipeline.store.place import not_a_place
 
+    place = read_location(text)
+    if place.suffix == ".zarr":
+        end(not_a_place(place))
+    if isinstance(place, Path) and place.is_file():
+        end(f"{place}: expected a folder, found a file")
+    return place
+
+
+def read_location(text: str | Path) -> Location:
+    """Give the location of a folder or of a URL, or end."""
     try:
         return located(str(text))
     except (ImportError, ValueError) as error:
-        end(f"{text}: {error}; S3 needs s3fs: pip install 'lmls[s3]'")
+        end(str(error))
 
 
 Out = Annotated[
-    Path, typer.Argument(metavar="OUT", parser=read_place, help="The place results were written to.")
+    Location, typer.Argument(metavar="OUT", parser=read_place, help="The place results were written to.")
 ]
 Store = Annotated[
-    Path,
-    typer.Argument(metavar="STORE", parser=read_place, help="Store of a scenario, <out>/<name>.zarr."),
+    Location,
+    typer.Argument(metavar="STORE", parser=read_location, help="Store of a scenario, <out>/<name>.zarr."),
 ]
 
 

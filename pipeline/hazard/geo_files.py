@@ -13,7 +13,7 @@ import xarray as xr
 
 from pipeline.assess.georeference import Frame, GeoreferenceError, north_up
 from pipeline.hazard.layers import BANDS, Layer, layers
-from pipeline.store.storage import whole
+from pipeline.store.folder import whole
 
 if TYPE_CHECKING:
     from shapely import MultiPolygon

@@ -16,8 +16,9 @@ from pipeline.assess.exceedance import BOUNDS, Shares, exceedance, mean_arrival,
 from pipeline.hazard import intensity
 from pipeline.scenario.scenario import stored
 from pipeline.settings.hazard import Hazard
+from pipeline.store.folder import whole
 from pipeline.store.place import store_paths
-from pipeline.store.storage import whole
+from pipeline.store.storage import Location
 from pipeline.store.variables import COORDINATES
 from pipeline.store.zarr_store import open_store
 
@@ -174,13 +175,13 @@ def _attributes(count: Counts, settings: Hazard) -> dict[str, object]:
 
 
 def of_place(
-    out: Path, thresholds: Mapping[str, tuple[float, ...]], spacing: float | None = None
+    out: Location, thresholds: Mapping[str, tuple[float, ...]], spacing: float | None = None
 ) -> Iterator[tuple[str, xr.Dataset]]:
     """Map the hazard of each scenario of a place, then of all together under the name `WHOLE`.
 
     Parameters
     ----------
-    out : Path
+    out : Location
         The place.
     thresholds : mapping
         Thresholds by name of quantity, in place of those of the scenarios.

@@ -15,6 +15,7 @@ from pipeline.assess.frames import follow, mean_spacing
 from pipeline.assess.plots import depth_panels, title_of
 from pipeline.store.place import store_paths
 from pipeline.store.run_table import markdown
+from pipeline.store.storage import Location
 from pipeline.store.variables import Status
 from pipeline.store.zarr_store import open_store
 
@@ -24,12 +25,12 @@ LEAST_ERROR = 1e-8
 COLUMNS = ("front_x", "tail_x", "half_width", "deepest", "volume_error", "body_speed", "film_speed")
 
 
-def draw(out: Path, to: Path) -> list[Path]:
+def draw(out: Location, to: Path) -> list[Path]:
     """Draw profile, points, depth contours and volume errors of all stores of a place, and table their runs.
 
     Parameters
     ----------
-    out : Path
+    out : Location
         The place.
     to : Path
         Folder for the pictures (PNG) and the table (CSV and Markdown); made where it is missing.

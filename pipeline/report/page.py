@@ -23,6 +23,7 @@ from pipeline.report.figures import animation, runout_curve
 from pipeline.report.tables import TABLES, Table, what_matters
 from pipeline.store import storage
 from pipeline.store.place import indices_path, store_path, store_paths
+from pipeline.store.storage import Location
 from pipeline.store.variables import COMPUTED
 from pipeline.store.zarr_store import open_store
 
@@ -53,14 +54,14 @@ class Chapter:
     text: str = ""
 
 
-def report(out: Path, to: Path, run: int | None = None) -> Path:
+def report(out: Location, to: Location, run: int | None = None) -> Location:
     """Write the page about a place.
 
     Parameters
     ----------
-    out : Path
+    out : Location
         The place.
-    to : Path
+    to : Location
         The page; one that was there is replaced.
     run : int, optional
         Position of the run that is shown in motion; by default, of each scenario, the computed one whose
@@ -68,7 +69,7 @@ def report(out: Path, to: Path, run: int | None = None) -> Path:
 
     Returns
     -------
-    Path
+    Location
         The page.
 
     Raises
@@ -101,12 +102,12 @@ def report(out: Path, to: Path, run: int | None = None) -> Path:
     return to
 
 
-def _has_frames(path: Path, run: int) -> bool:
+def _has_frames(path: Location, run: int) -> bool:
     with open_store(path) as store:
         return "depth" in store and run < store.sizes["run"]
 
 
-def _scenario(out: Path, name: str, found: xr.Dataset, run: int | None) -> Chapter:
+def _scenario(out: Location, name: str, found: xr.Dataset, run: int | None) -> Chapter:
     with open_store(store_path(out, name)) as store:
         placed = ground(found)
         shown = _median(store) if run is None else run

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
+from io import BytesIO
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from pipeline.assess import tables
 from pipeline.assess.receptors import reached
 from pipeline.assess.tables import receptors as table_receptors
 from pipeline.store.provenance import BINDING, PACKAGES, differences
+from pipeline.store.storage import Location
 from pipeline.store.variables import COMPUTED, PER_RUN, VOLUMES, Status
 
 MOST_ROWS = 40
@@ -95,11 +96,11 @@ def receptors(store: xr.Dataset) -> Table | None:
     )
 
 
-def what_matters(path: Path, name: str) -> Table | None:
+def what_matters(path: Location, name: str) -> Table | None:
     """Table the indices of sensitivity that were written for a scenario; None where there are none."""
     if not path.exists():
         return None
-    held = pd.read_csv(path)
+    held = pd.read_csv(BytesIO(path.read_bytes()))
     held = held[held["scenario"] == name]
     if held.empty:
         return None

@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import ceil, floor
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.mistakes import BadInput
-from pipeline.runs.runs import Run, build_scene, expand
+from pipeline.runs.run import Run
+from pipeline.runs.runs import expand
+from pipeline.runs.scene_of_run import build_scene
 from pipeline.runs.shared_points import SharedPoints
 from pipeline.scenario import solver_objects
 from pipeline.scenario.scenario import Scenario
@@ -20,6 +21,7 @@ from pipeline.settings.physics import DEFAULT_SCHEME
 from pipeline.settings.section import Pair
 from pipeline.settings.settings import Domain
 from pipeline.store import zarr_store
+from pipeline.store.storage import Location
 from solver.points.lattice import Lattice
 from solver.simulation import simulate
 
@@ -50,7 +52,7 @@ class _Box:
         )
 
 
-def settled(scenario: Scenario, path: Path | None, tell: Callable[[str], None]) -> Scenario:
+def settled(scenario: Scenario, path: Location | None, tell: Callable[[str], None]) -> Scenario:
     """Give a scenario with a domain: its own, that of its store, or one found from the flow.
 
     Every run is done on a lattice of wider spacing without sides, which is made larger until the flow of none
@@ -60,7 +62,7 @@ def settled(scenario: Scenario, path: Path | None, tell: Callable[[str], None]) 
     ----------
     scenario : Scenario
         As it was read.
-    path : Path, optional
+    path : Location, optional
         Its store, where that may be there and holds what is asked for.
     tell : callable
         Told the domain that was found.

@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.runs.runs import Prepared, Runs, build_scene
+from pipeline.runs.runs import Runs
+from pipeline.runs.scene_of_run import Prepared, build_scene
 from pipeline.runs.shared_points import SharedPoints
+from pipeline.runs.stored_values import profile_values
 from pipeline.scenario.design import return_periods, weights
 from pipeline.scenario.sweep import meaning_of
 from pipeline.settings.points import LatticePoints
 from pipeline.store import provenance
 from pipeline.store.layout import Template, group_size, run_bytes
 from pipeline.store.variables import RETURN_PERIOD, WEIGHT, Variable, coordinates, kept
-from solver.physics.terrain import SlopeProfile
-from solver.points.cloud import PointCloud
 from solver.points.lattice import Lattice
 
 if TYPE_CHECKING:
@@ -75,17 +74,6 @@ def template(scenario: Scenario, runs: Runs, shared: SharedPoints) -> Template:
         group=group_size(len(runs), seconds(prepared), run_bytes((frames, *points.shape))),
         attributes=attributes(scenario),
     )
-
-
-def profile_values(prepared: Prepared) -> dict[str, NDArray[np.float64]]:
-    """Elevation and horizontal distance at the points of a cloud or along those of a lattice, (nx,), m."""
-    return _profile_values(prepared.terrain, prepared.scene.points)
-
-
-@lru_cache(maxsize=8)
-def _profile_values(terrain: SlopeProfile, points: Lattice | PointCloud) -> dict[str, NDArray[np.float64]]:
-    x = points.x_points if isinstance(points, Lattice) else points.coordinates[0]
-    return {"elevation": terrain.elevation(x), "horizontal_distance": terrain.horizontal_distance(x)}
 
 
 def seconds(prepared: Prepared) -> float:

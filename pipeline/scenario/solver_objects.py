@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pipeline.scenario.elevation_table import ElevationTable
-from pipeline.scenario.point_file import PointFile
 from pipeline.settings import points as points_settings
 from pipeline.settings.generated import Generated
-from pipeline.settings.settings import Settings
+from pipeline.settings.physics import MaterialLaws
+from solver.physics.earth_pressure import EarthPressure
+from solver.physics.friction import Coulomb
 from solver.physics.terrain import SlopeProfile
 from solver.physics.terrain_table import Table
 from solver.points.lattice import Lattice
@@ -16,6 +16,10 @@ from solver.release.shapes import Release
 from solver.scheme import Scheme
 
 if TYPE_CHECKING:
+    from pipeline.scenario.elevation_table import ElevationTable
+    from pipeline.scenario.point_file import PointFile
+    from pipeline.settings.settings import Settings
+
     # compiled code takes longer to import than a scenario to check
     from solver.points.cloud import PointCloud
 
@@ -61,6 +65,12 @@ def scheme(settings: Settings) -> Scheme:
     """Make the scheme."""
     made: Scheme = settings.scheme.make()
     return made
+
+
+def laws(settings: Settings) -> tuple[Coulomb, EarthPressure]:
+    """Make the laws of basal friction and of earth pressure."""
+    material: MaterialLaws = settings.material
+    return material.laws()
 
 
 def releases(settings: Settings) -> list[Release]:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from io import BytesIO
-from pathlib import Path
 
 import pandas as pd
 
-from pipeline.store import storage
 from pipeline.store.place import store_paths
+from pipeline.store.storage import Location, put
 from pipeline.store.variables import PER_RUN, RETURN_PERIOD, STATUS, WEIGHT, Status
 from pipeline.store.zarr_store import open_store
 
@@ -16,12 +15,12 @@ HEAD = ("scenario", "run", "status")
 SHARES = (WEIGHT.name, RETURN_PERIOD.name)
 
 
-def read(out: Path) -> pd.DataFrame:
+def read(out: Location) -> pd.DataFrame:
     """Read the table of a place from its stores.
 
     Parameters
     ----------
-    out : Path
+    out : Location
         The place.
 
     Returns
@@ -44,7 +43,7 @@ def read(out: Path) -> pd.DataFrame:
     return whole[[*HEAD, *varied, *(name for name in known[len(HEAD) :] if name in names)]]
 
 
-def _rows(path: Path) -> pd.DataFrame:
+def _rows(path: Location) -> pd.DataFrame:
     """Rows of one store."""
     with open_store(path) as store:
         given = [str(name) for name, c in store.coords.items() if c.dims == ("run",) and name != "run"]
@@ -58,7 +57,7 @@ def _rows(path: Path) -> pd.DataFrame:
     return table
 
 
-def write(table: pd.DataFrame, path: Path) -> None:
+def write(table: pd.DataFrame, path: Location) -> None:
     """Write the table as the ending of the path says, a file that was there is replaced.
 
     ``.parquet`` and ``.md`` are Parquet and Markdown, all else is CSV.
@@ -77,7 +76,7 @@ def write(table: pd.DataFrame, path: Path) -> None:
         held.write(markdown(table).encode())
     else:
         table.to_csv(held, index=False)
-    storage.put(path, held.getvalue())
+    put(path, held.getvalue())
 
 
 def markdown(table: pd.DataFrame) -> str:

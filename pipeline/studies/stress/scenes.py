@@ -13,7 +13,8 @@ import yaml
 from numpy.typing import NDArray
 
 from pipeline.mistakes import BadInput
-from pipeline.runs.runs import Prepared, Run, build_scene
+from pipeline.runs.run import Run
+from pipeline.runs.scene_of_run import Prepared, build_scene
 from pipeline.runs.shared_points import made
 from pipeline.scenario.point_file import PointFile
 from pipeline.scenario.scenario import load

@@ -81,8 +81,9 @@ def test_polygons_on_the_map_are_outlines_in_any_reference_system(made, outline,
         read(path, made, 0.1)
 
 
-def test_a_raster_on_the_map_is_a_survey(made, tmp_path):
-    path = tmp_path / "depth.tif"
+@pytest.mark.parametrize("name", ["depth.tif", "DEPTH.TIF"])
+def test_a_raster_on_the_map_is_a_survey(made, tmp_path, name):
+    path = tmp_path / name
     # cells of 1 m, row 0 in the north; nodata beyond x = 6
     depth = np.full((5, 10), -9999.0, np.float32)
     depth[:, 3:7] = 2

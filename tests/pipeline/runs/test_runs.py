@@ -3,8 +3,8 @@ import pickle
 import numpy as np
 import pytest
 
-from pipeline.runs.runs import build_scene, expand, output_times
-from pipeline.runs.shared_points import share
+from pipeline.runs.runs import expand, share
+from pipeline.runs.scene_of_run import build_scene, output_times
 from pipeline.scenario.scenario import load
 from pipeline.scenario.sweep import coordinate_names
 from solver.physics.earth_pressure import Isotropic, MohrCoulomb

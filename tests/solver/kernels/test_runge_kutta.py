@@ -1,6 +1,7 @@
 import pytest
 
-from solver.simulation import KINDS, compile_kernels, not_compiled
+from solver.simulation import KINDS
+from solver.warmup import compile_kernels, not_compiled
 
 
 @pytest.mark.parametrize("kind", KINDS)
