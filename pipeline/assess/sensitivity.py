@@ -30,7 +30,7 @@ NORMAL, NORMAL_ONE_SIDED = 1.96, 1.645
 SEED = 0
 
 
-def sensitivity(out: Path, tell: Callable[[str], None]) -> pd.DataFrame:
+def sensitivity_indices(out: Path, tell: Callable[[str], None]) -> pd.DataFrame:
     """Table the indices of every varied parameter of a place's scenarios.
 
     PAWN's index is the distance between the distribution of a quantity and that where the parameter is held
@@ -72,7 +72,7 @@ def sensitivity(out: Path, tell: Callable[[str], None]) -> pd.DataFrame:
 
 
 def table_of(store: xr.Dataset, tell: Callable[[str], None]) -> pd.DataFrame:
-    """Table the indices of one scenario, as ``sensitivity`` does of all."""
+    """Table the indices of one scenario, as ``sensitivity_indices`` does of all."""
     from SALib.analyze import pawn, sobol
 
     return pd.DataFrame(_rows(store, tell, pawn.analyze, sobol.analyze))

@@ -51,7 +51,7 @@ QUANTITIES = (
 )
 
 
-def hazard(runs: xr.Dataset, settings: Hazard) -> xr.Dataset:
+def map_hazard(runs: xr.Dataset, settings: Hazard) -> xr.Dataset:
     """Map the hazard of an ensemble.
 
     Parameters
@@ -210,7 +210,7 @@ def of_place(
         held[name] = ensemble(store, spacing)
         about = {key: store.attrs[key] for key in ("scenario_hash", "solver_hash", "lmls_version")}
         marks[name] = json.dumps([receptor.model_dump(mode="json") for receptor in settings.receptors])
-        found = hazard(held[name], asked[name])
+        found = map_hazard(held[name], asked[name])
         about |= {"georeference": grounds[name], "receptors": marks[name]}
         yield name, found.assign_attrs(title=name, **about)
     if len(held) > 1:
@@ -221,7 +221,7 @@ def of_place(
                 raise NotTogetherError(f"{first} and {other} differ in what is asked for under hazard")
             if grounds[other] != grounds[first]:
                 raise NotTogetherError(f"{first} and {other} differ in their georeference")
-        found = hazard(runs, asked[first])
+        found = map_hazard(runs, asked[first])
         about = {"georeference": grounds[first], "scenarios": ", ".join(held)}
         # receptors of one scenario need not be those of another
         alike = len({*marks.values()}) == 1

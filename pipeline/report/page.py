@@ -53,7 +53,7 @@ class Chapter:
     text: str = ""
 
 
-def report(out: Path, to: Path, run: int | None = None) -> Path:
+def write_report(out: Path, to: Path, run: int | None = None) -> Path:
     """Write the page about a place.
 
     Parameters

@@ -12,6 +12,7 @@ from pathlib import Path
 from time import monotonic, sleep
 from typing import IO
 
+from pipeline.errors import PlaceInUseError as PlaceInUseError
 from pipeline.store import lock_objects, storage
 
 # A look at the lock holds it for a moment; a driver waits that long before it believes the place in use.
@@ -38,10 +39,6 @@ class Part:
 
 
 WHOLE = Part(1, 1)
-
-
-class PlaceInUseError(Exception):
-    """Another driver holds the place; ``str()`` says which."""
 
 
 def store_path(out: Path, name: str) -> Path:

@@ -44,7 +44,8 @@ def test_a_run_ends_with_a_table_and_the_paths(scenario_file, tmp_path, solve):
     result = pipeline("run", scenario_file(20, 21), "--out", out)
     assert result.exit_code == 0
     lines = result.stdout.splitlines()
-    assert lines[-2:] == [str(out / "box.zarr"), str(out / "summary.csv")]
+    assert lines[-3:-1] == [str(out / "box.zarr"), str(out / "summary.csv")]
+    assert lines[-1] == f"next: pipeline tables {out}, pipeline hazard {out}, pipeline report {out}"
     assert "bed_friction=21" in result.stdout
     table = pd.read_csv(out / "summary.csv")
     assert list(table.columns) == [*HEAD, "bed_friction", "weight", *(v.name for v in PER_RUN)]
