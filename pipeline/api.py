@@ -33,6 +33,7 @@ Tell = Callable[[str], None]
 PLAIN_WIDTH = 160
 # a limit below is one whose unit was forgotten
 LEAST_MEMORY = 2**20
+TABLE_FILES = (".csv", ".parquet", ".md")
 
 
 def _silent(line: str) -> None:
@@ -159,7 +160,7 @@ def run(
     if workers is not None and workers < 1:
         raise OptionError("workers", f"expected at least 1, found {workers}")
     place, mine = _located(out), _part(part, overwrite)
-    engine = _engine(scheduler, jobqueue, part, workers)
+    engine, limits = _engine(scheduler, jobqueue, part, workers), Limits(_bytes(memory_limit))
     console = Console(quiet=quiet)
     asked = identity("".join(scenario.digest for scenario in scenarios))
     with held(place) if mine == WHOLE else held_in_part(place, mine, asked) as alone:
@@ -170,7 +171,7 @@ def run(
             count=workers,
             overwrite=overwrite,
             retry_failed=retry_failed,
-            limits=Limits(_bytes(memory_limit)),
+            limits=limits,
             checkpoint_every=checkpoint_every,
             engine=engine,
             part=mine,
@@ -238,13 +239,15 @@ def to_lattice(store: xr.Dataset, spacing: float | None = None) -> xr.Dataset:
     return gridded(store, mean_spacing(store) if spacing is None else spacing)
 
 
-def run_table(out: Place) -> pd.DataFrame:
+def run_table(out: Place, *, to: str | PathLike[str] | None = None) -> pd.DataFrame:
     """Read the table of a place: a row per run.
 
     Parameters
     ----------
     out : path, str or Results
         The place.
+    to : path, optional
+        File that it is written to, ``.csv``, ``.parquet`` or ``.md``; by default nothing is written.
 
     Returns
     -------
@@ -255,10 +258,18 @@ def run_table(out: Place) -> pd.DataFrame:
     ------
     FileNotFoundError
         If the place holds no store.
+    OptionError
+        If the file ends otherwise.
     """
     from pipeline.store import run_table as table
 
-    return table.read(_place(out))
+    if to is not None and Path(str(to)).suffix not in TABLE_FILES:
+        raise OptionError("to", f"expected a file ending in {', '.join(TABLE_FILES)}, found '{to}'")
+    found = table.read(_place(out))
+    if to is not None:
+        with _extra("parquet"):
+            table.write(found, _writable(to))
+    return found
 
 
 def hazard_maps(
@@ -408,7 +419,7 @@ def sensitivity_indices(
         found = indices(_place(out), warn)
     if to is not None and len(found):
         with _extra("parquet"):
-            table.write(found, _located(to))
+            table.write(found, _writable(to))
     return found
 
 
@@ -501,7 +512,7 @@ def write_report(out: Place, to: str | PathLike[str] | None = None, *, run: int 
     from pipeline.report.page import write_report as write
 
     place = _place(out)
-    return write(place, place / "report.html" if to is None else _located(to), run)
+    return write(place, place / "report.html" if to is None else _writable(to), run)
 
 
 def _located(path: str | PathLike[str]) -> Path:
@@ -515,6 +526,16 @@ def _located(path: str | PathLike[str]) -> Path:
         return located(path) if isinstance(path, str) else path
     except (ImportError, ValueError) as error:
         raise OptionError("out", f"{path}: {error}; S3 needs s3fs: pip install 'lmls[s3]'") from None
+
+
+def _writable(path: str | PathLike[str]) -> Path:
+    """Give the path of a file, its folder made where it is missing."""
+    from pipeline.store.storage import is_url
+
+    found = _located(path)
+    if not is_url(found):
+        found.parent.mkdir(parents=True, exist_ok=True)
+    return found
 
 
 def _place(out: Place) -> Path:

@@ -112,7 +112,7 @@ def _rows(table: pd.DataFrame, width: int) -> Table:
         if _fits(wide, width):
             return wide
         columns.append(lines)
-    count = next((n for n in range(len(values), 2, -1) if _fits(_table([*columns, *values[:n]]), width)), 2)
+    count = next((n for n in range(len(values), 1, -1) if _fits(_table([*columns, *values[:n]]), width)), 1)
     return _table([*columns, *values[:count]])
 
 

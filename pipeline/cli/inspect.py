@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 import pipeline
-from pipeline.cli.exit_codes import SOME_FAILED, end, exit_on_errors
+from pipeline.cli.exit_codes import SOME_FAILED, exit_on_errors
 from pipeline.cli.options import Json, Out
 
 
@@ -71,25 +71,18 @@ def verify(out: Out) -> None:
 def summary(
     out: Out,
     to: Annotated[
-        Path | None, typer.Option(help="File to write: .csv or .parquet.", show_default="OUT/summary.csv")
+        Path | None,
+        typer.Option(help="File to write: .csv, .parquet or .md.", show_default="OUT/summary.csv"),
     ] = None,
     as_json: Json = False,
 ) -> None:
     """Print the table of a place; write it as CSV or Parquet."""
-    if to is not None and to.suffix not in (".csv", ".parquet"):
-        end(f"{to}: expected a file ending in .csv or .parquet")
     from pipeline.cli.display import show_table, width
-    from pipeline.store import run_table
     from pipeline.store.place import summary_path
 
-    with exit_on_errors(reading=True):
-        table = pipeline.run_table(out)
     path = to or summary_path(out)
-    with exit_on_errors():
-        try:
-            run_table.write(table, path)
-        except ImportError:
-            end("Parquet needs pyarrow: pip install 'lmls[parquet]'")
+    with exit_on_errors(reading=True):
+        table = pipeline.run_table(out, to=path)
     if as_json:
         typer.echo(table.to_json(orient="records", indent=2))
         return

@@ -117,7 +117,5 @@ def report(
     from pipeline.cli.display import working
 
     with exit_on_errors(reading=True), working("report"):
-        if to is not None:
-            to.parent.mkdir(parents=True, exist_ok=True)
         page = pipeline.write_report(out, to, run=run)
     typer.echo(str(page))
