@@ -159,7 +159,7 @@ def run(
 
     if workers is not None and workers < 1:
         raise OptionError("workers", f"expected at least 1, found {workers}")
-    place, mine = _located(out), _part(part, overwrite)
+    place, mine = find_place(out), _part(part, overwrite)
     engine, limits = _engine(scheduler, jobqueue, part, workers), Limits(_bytes(memory_limit))
     console = Console(quiet=quiet)
     asked = identity("".join(scenario.digest for scenario in scenarios))
@@ -209,11 +209,7 @@ def open(path: str | PathLike[str]) -> xr.Dataset | Results:
     from pipeline.results import Results, open_lazily
 
     found = _located(path)
-    if (found / "zarr.json").exists():
-        return open_lazily(found)
-    if found.suffix == ".zarr":
-        raise FileNotFoundError(f"no store at {found}")
-    return Results(found)
+    return open_lazily(find_store(found)) if found.suffix == ".zarr" else Results(find_place(found))
 
 
 def to_lattice(store: xr.Dataset, spacing: float | None = None) -> xr.Dataset:
@@ -469,7 +465,7 @@ def calibrate(
     from pipeline.scenario.scenario import stored
     from pipeline.store.zarr_store import open_store
 
-    with open_store(_located(store)) as opened:
+    with open_store(find_store(store)) as opened:
         least = threshold if threshold is not None else stored(opened.attrs).output.threshold
         if least is None:
             raise OptionError("threshold", "expected a depth, as the scenario gives no output.threshold")
@@ -542,7 +538,48 @@ def _place(out: Place) -> Path:
     """Give the path of a place, or of results."""
     # results know their place; to ask for their type would import xarray
     place: Any = getattr(out, "place", out)
-    return _located(place)
+    return find_place(place)
+
+
+def find_place(path: str | PathLike[str]) -> Path:
+    """Give the path of a place, a folder or a URL, whether it is there or not.
+
+    Raises
+    ------
+    OptionError
+        If it is the store of a scenario, or a URL that is not written as one.
+    """
+    found = _located(path)
+    if str(path).startswith(("s3:/", "gs:/", "http:/", "https:/")) and "://" not in str(path):
+        scheme, _, rest = str(path).partition(":")
+        written = f"{scheme}://{rest.lstrip('/')}"
+        raise OptionError("out", f"expected a folder or a URL as {written}, found '{path}'")
+    if _is_store(found):
+        raise OptionError("out", f"expected the folder of results, {found.parent}, found the store {found}")
+    return found
+
+
+def find_store(path: str | PathLike[str]) -> Path:
+    """Give the path of a store.
+
+    Raises
+    ------
+    OptionError
+        If it is a place of several.
+    FileNotFoundError
+        If there is none.
+    """
+    found = _located(path)
+    if _is_store(found):
+        return found
+    stores = sorted(str(each) for each in found.glob("*.zarr")) if found.exists() else []
+    if stores:
+        raise OptionError("store", f"expected a store, as {stores[0]}, found the folder {found}")
+    raise FileNotFoundError(f"no store at {found}")
+
+
+def _is_store(path: Path) -> bool:
+    return path.suffix == ".zarr" and (path / "zarr.json").exists()
 
 
 def _part(text: str | None, overwrite: bool) -> Part:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,7 @@ from pipeline.store.variables import COMPUTED, STATUS
 from pipeline.store.zarr_store import open_store
 
 Array = NDArray[np.float64]
+_log = logging.getLogger(__name__)
 
 QUANTITIES = ("runout_distance", "deposit_area", "deposit_max_depth", "peak_speed")
 LEAST_RUNS = 40
@@ -91,6 +93,7 @@ def _rows(
     settings = stored(store.attrs)
     positional = settings.sample is not None and settings.sample.design == "saltelli"
     for quantity, values in quantities(store):
+        _log.info("%s: %s", title, quantity)
         known = np.isfinite(values)
         row = {**behind(store), "quantity": quantity, "runs_used": int(known.sum())}
         if known.sum() < LEAST_RUNS:

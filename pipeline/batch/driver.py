@@ -22,7 +22,7 @@ from pipeline.batch.interrupts import heard
 from pipeline.batch.limits import UNLIMITED, Limits
 from pipeline.batch.local_workers import workers
 from pipeline.batch.main_module import main_not_imported
-from pipeline.batch.progress import Progress, shown
+from pipeline.batch.progress import Progress, shown, stages
 from pipeline.batch.scheduling import Ending, Todo, execute, execute_here, pending, threads
 from pipeline.batch.task import Solve
 from pipeline.errors import ChangedError as ChangedError
@@ -131,7 +131,9 @@ def complete(
     left: list[Todo] = []
     kinds: set[Kind] = set()
     with ExitStack() as stack:
-        for scenario, runs, shared in _shared(scenarios, out, replaced, retry_failed, console):
+        with stages(console, "prepare"):
+            made = _shared(scenarios, out, replaced, retry_failed, console)
+        for scenario, runs, shared in made:
             kinds |= shared.kinds
             path = store_path(out, scenario.name)
             folder = checkpoint_path(out, scenario.name)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -12,7 +11,6 @@ import typer
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.measure import measure_renderables
-from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 if TYPE_CHECKING:
@@ -215,50 +213,23 @@ class Told:
             self.held.append((text, err))
 
 
-class _Stages(logging.Handler):
-    """Shows what the package logs."""
-
-    def __init__(self, show: Callable[[str], None]) -> None:
-        super().__init__(logging.INFO)
-        self.show = show
-
-    def emit(self, record: logging.LogRecord) -> None:
-        """Show a record."""
-        self.show(record.getMessage())
-
-
 @contextmanager
 def working(what: str) -> Iterator[Told]:
     """Show on a terminal that a command works, at what, and since when; elsewhere show nothing.
-
-    What the package logs while it lasts is shown as the stage that the command is in.
 
     Parameters
     ----------
     what : str
         Name of the command.
     """
+    from pipeline.batch.progress import stages
+
     console = Console(stderr=True)
-    if not console.is_terminal:
-        yield Told()
-        return
-    columns = SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn()
-    logger = logging.getLogger("pipeline")
-    level = logger.level
-    told = Told(at_once=False)
-    with Progress(
-        *columns, console=console, transient=True, redirect_stdout=False, redirect_stderr=False
-    ) as bar:
-        task = bar.add_task(what, total=None)
-        told.stage = lambda words: bar.update(task, description=f"{what}: {words}")
-        handler = _Stages(told.stage)
-        logger.addHandler(handler)
-        logger.setLevel(logging.INFO)
-        try:
+    told = Told(at_once=not console.is_terminal)
+    try:
+        with stages(console, what) as told.stage:
             yield told
-        finally:
-            logger.removeHandler(handler)
-            logger.setLevel(level)
-            bar.stop()
-            for text, err in told.held:
-                typer.echo(text, err=err)
+    finally:
+        # what moves is gone
+        for text, err in told.held:
+            typer.echo(text, err=err)

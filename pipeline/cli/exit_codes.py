@@ -73,7 +73,7 @@ def _code(error: Exception, reading: bool) -> int | None:
 def _words(error: Exception) -> str:
     if isinstance(error, OptionError):
         name = error.option
-        option = name if name.startswith("-") or name == "out" else f"--{name.replace('_', '-')}"
+        option = name if name.startswith("-") or name in ("out", "store") else f"--{name.replace('_', '-')}"
         return f"{option}: {error.message}"
     if isinstance(error, ChangedError):
         return f"{error}\nuse --overwrite to replace, or another --out"

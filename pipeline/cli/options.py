@@ -7,17 +7,20 @@ from typing import Annotated
 
 import typer
 
-from pipeline.cli.exit_codes import end
+from pipeline.api import find_place, find_store
+from pipeline.cli.exit_codes import end, exit_on_errors
 
 
 def read_place(text: str | Path) -> Path:
-    """Give the path of a folder or of a URL, or end."""
-    from pipeline.store.storage import located
+    """Give the path of a place, a folder or a URL, or end."""
+    with exit_on_errors(reading=True):
+        return find_place(str(text))
 
-    try:
-        return located(str(text))
-    except (ImportError, ValueError) as error:
-        end(f"{text}: {error}; S3 needs s3fs: pip install 'lmls[s3]'")
+
+def read_store(text: str | Path) -> Path:
+    """Give the path of a store, or end."""
+    with exit_on_errors(reading=True):
+        return find_store(str(text))
 
 
 Files = Annotated[list[Path], typer.Argument(metavar="FILES...", help="Scenario files.")]
@@ -26,7 +29,7 @@ Out = Annotated[
 ]
 Store = Annotated[
     Path,
-    typer.Argument(metavar="STORE", parser=read_place, help="Store of a scenario, <out>/<name>.zarr."),
+    typer.Argument(metavar="STORE", parser=read_store, help="Store of a scenario, <out>/<name>.zarr."),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON, for other programs.")]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import logging
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,6 +21,8 @@ from pipeline.store.place import store_paths
 from pipeline.store.storage import whole
 from pipeline.store.variables import COORDINATES
 from pipeline.store.zarr_store import open_store
+
+_log = logging.getLogger(__name__)
 
 FILE = "hazard.nc"
 WHOLE = "all scenarios"
@@ -210,6 +213,7 @@ def of_place(
         held[name] = ensemble(store, spacing)
         about = {key: store.attrs[key] for key in ("scenario_hash", "solver_hash", "lmls_version")}
         marks[name] = json.dumps([receptor.model_dump(mode="json") for receptor in settings.receptors])
+        _log.info("maps of %s", name)
         found = map_hazard(held[name], asked[name])
         about |= {"georeference": grounds[name], "receptors": marks[name]}
         yield name, found.assign_attrs(title=name, **about)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import logging
 import re
 import tempfile
 from collections.abc import Sequence
@@ -27,6 +28,7 @@ from pipeline.store.variables import COMPUTED
 from pipeline.store.zarr_store import open_store
 
 TEMPLATE = "report.html"
+_log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -108,6 +110,7 @@ def _has_frames(path: Path, run: int) -> bool:
 
 def _scenario(out: Path, name: str, found: xr.Dataset, run: int | None) -> Chapter:
     with open_store(store_path(out, name)) as store:
+        _log.info("page of %s", name)
         placed = ground(found)
         shown = _median(store) if run is None else run
         motion = None

@@ -356,3 +356,22 @@ def test_a_long_command_shows_what_it_is_doing_on_a_terminal(monkeypatch, capsys
     with display.working("hazard") as told:
         told.line("at once where nothing moves")
         assert capsys.readouterr() == ("at once where nothing moves\n", "")
+
+
+def test_a_store_given_as_a_place_and_a_place_as_a_store_are_told_apart(scenario_file, out, solve):
+    pipeline("run", scenario_file(), "--out", out)
+    store = out / "box.zarr"
+    for command in (["tables", store], ["status", store], ["run", scenario_file(), "--out", store]):
+        result = pipeline(*command)
+        words = f"out: expected the folder of results, {out}, found the store {store}"
+        assert (result.exit_code, result.stderr.strip()) == (2, words)
+    result = pipeline("plot", out)
+    assert (result.exit_code, result.stderr.strip()) == (
+        2,
+        f"store: expected a store, as {store}, found the folder {out}",
+    )
+    result = pipeline("plot", out / "other.zarr")
+    assert (result.exit_code, result.stderr.strip()) == (2, f"no store at {out / 'other.zarr'}")
+    result = pipeline("status", "s3:/bucket/path")
+    words = "out: expected a folder or a URL as s3://bucket/path, found 's3:/bucket/path'"
+    assert (result.exit_code, result.stderr.strip()) == (2, words)
