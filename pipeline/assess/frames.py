@@ -65,4 +65,11 @@ def follow(store: xr.Dataset, threshold: float | None = None) -> xr.Dataset:
         "body_speed": speed.where(body).max(over),
         "film_speed": speed.where((depth > 0) & ~body).max(over).fillna(0),
     }
-    return xr.Dataset({name: values.where(known) for name, values in found.items()})
+    # a varied parameter may be called as what is found here, as volume
+    axes = {"run", "time"}
+    return xr.Dataset(
+        {
+            name: values.where(known).drop_vars([c for c in values.coords if c not in axes])
+            for name, values in found.items()
+        }
+    )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
@@ -19,6 +20,7 @@ from pipeline.store.variables import COMPUTED, STATUS
 from pipeline.store.zarr_store import open_store
 
 Array = NDArray[np.float64]
+_log = logging.getLogger(__name__)
 
 QUANTITIES = ("runout_distance", "deposit_area", "deposit_max_depth", "peak_speed")
 LEAST_RUNS = 40
@@ -30,7 +32,7 @@ NORMAL, NORMAL_ONE_SIDED = 1.96, 1.645
 SEED = 0
 
 
-def sensitivity(out: Location, tell: Callable[[str], None]) -> pd.DataFrame:
+def sensitivity_indices(out: Location, tell: Callable[[str], None]) -> pd.DataFrame:
     """Table the indices of every varied parameter of a place's scenarios.
 
     PAWN's index is the distance between the distribution of a quantity and that where the parameter is held
@@ -72,7 +74,7 @@ def sensitivity(out: Location, tell: Callable[[str], None]) -> pd.DataFrame:
 
 
 def table_of(store: xr.Dataset, tell: Callable[[str], None]) -> pd.DataFrame:
-    """Table the indices of one scenario, as ``sensitivity`` does of all."""
+    """Table the indices of one scenario, as ``sensitivity_indices`` does of all."""
     from SALib.analyze import pawn, sobol
 
     return pd.DataFrame(_rows(store, tell, pawn.analyze, sobol.analyze))
@@ -91,6 +93,7 @@ def _rows(
     settings = stored(store.attrs)
     positional = settings.sample is not None and settings.sample.design == "saltelli"
     for quantity, values in quantities(store):
+        _log.info("%s: %s", title, quantity)
         known = np.isfinite(values)
         row = {**behind(store), "quantity": quantity, "runs_used": int(known.sum())}
         if known.sum() < LEAST_RUNS:

@@ -17,13 +17,15 @@ from rich.console import Console
 
 from pipeline.batch.checkpoints import EVERY_SECONDS, Checkpoints
 from pipeline.batch.compilation import compile_once, head_start
-from pipeline.batch.failures import listed
+from pipeline.batch.failures import AGAIN, Failed, failed, listed, told_again
 from pipeline.batch.interrupts import heard
 from pipeline.batch.limits import UNLIMITED, Limits
 from pipeline.batch.local_workers import workers
-from pipeline.batch.progress import Progress, shown
+from pipeline.batch.main_module import main_not_imported
+from pipeline.batch.progress import Progress, shown, stages
 from pipeline.batch.scheduling import Ending, Todo, execute, execute_here, pending, threads
 from pipeline.batch.task import Solve
+from pipeline.errors import ChangedError as ChangedError
 from pipeline.runs.domain_search import settled
 from pipeline.runs.duplicates import copies
 from pipeline.runs.runs import Runs, expand, share
@@ -40,10 +42,6 @@ from solver.simulation import simulate
 from solver.warmup import compile_kernels
 
 Engine = Callable[[int], AbstractContextManager[Client]]
-
-
-class ChangedError(Exception):
-    """Stores were made from something else than is asked for now; ``str()`` has a line a difference."""
 
 
 @dataclass(frozen=True)
@@ -134,7 +132,9 @@ def complete(
     left: list[Todo] = []
     kinds: set[Kind] = set()
     with ExitStack() as stack:
-        for scenario, runs, shared in _shared(scenarios, out, replaced, retry_failed, console):
+        with stages(console, "prepare"):
+            made = _shared(scenarios, out, replaced, retry_failed, console)
+        for scenario, runs, shared in made:
             kinds |= shared.kinds
             path = store_path(out, scenario.name)
             folder = checkpoint_path(out, scenario.name)
@@ -150,7 +150,9 @@ def complete(
             wanted = pending(path, retry_failed)
             left.append(Todo(scenario, path, runs, carried, wanted, limits, checkpoints, part))
         left = _sharing(left, scenarios, out)
+        earlier = [each for scenario in scenarios for each in failed(out, scenario.name)]
         ending = _execute(left, kinds, console, count, engine, part, log, solve)
+    _tell_earlier([] if retry_failed else earlier, left, console)
     whole = run_table.read(out)
     try:
         run_table.write(whole, summary_path(out))
@@ -216,6 +218,17 @@ def _changed(scenarios: Sequence[Scenario], out: Location) -> dict[str, list[str
     return found
 
 
+def _tell_earlier(earlier: Sequence[Failed], left: Sequence[Todo], console: Console) -> None:
+    """Tell of runs that failed in an earlier batch and were left alone, and where nothing was left at all."""
+    tell = partial(console.print, markup=False, highlight=False, soft_wrap=True)
+    if not any(each.runs_left for each in left):
+        tell("nothing was left to do")
+    if earlier:
+        tell("runs that failed earlier and were left as they are:")
+    for line in told_again(earlier):
+        tell(line)
+
+
 @contextmanager
 def _reported(console: Console, total: int, log: Path | None, left: Sequence[Todo]) -> Iterator[Progress]:
     """Show progress while a batch lasts, and list the runs that failed once it is over."""
@@ -223,6 +236,8 @@ def _reported(console: Console, total: int, log: Path | None, left: Sequence[Tod
         yield progress
     for line in listed([each.scenario for each in left], progress.failures):
         progress.tell(line)
+    if progress.failures:
+        progress.tell(f"{len(progress.failures)} failed; {AGAIN}")
 
 
 def _execute(
@@ -246,13 +261,14 @@ def _execute(
             if part != WHOLE:
                 return execute_here(jobs, progress.report, interrupts, solve)
             # workers elsewhere have a disk of their own
-            with head_start(() if engine else kinds) as ahead, (engine or workers)(width) as client:
+            ahead = head_start(() if engine else kinds)
+            with main_not_imported(), ahead as processes, (engine or workers)(width) as client:
                 if engine is not None:
                     width = threads(client)
                 if find_spec("bokeh") is not None:
                     progress.tell(f"Dask dashboard: {client.dashboard_link}")
                 rest = partial(compile_kernels, sorted(kinds))
-                compile_once(client, progress.tell, interrupts, rest, ahead)
+                compile_once(client, progress.tell, interrupts, rest, processes)
                 tell = progress.report, interrupts, solve, progress.under_way
                 return execute(client, width, jobs, *tell)
     except KeyboardInterrupt:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import logging
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,6 +22,8 @@ from pipeline.store.place import store_paths
 from pipeline.store.storage import Location
 from pipeline.store.variables import COORDINATES
 from pipeline.store.zarr_store import open_store
+
+_log = logging.getLogger(__name__)
 
 FILE = "hazard.nc"
 WHOLE = "all scenarios"
@@ -52,7 +55,7 @@ QUANTITIES = (
 )
 
 
-def hazard(runs: xr.Dataset, settings: Hazard) -> xr.Dataset:
+def map_hazard(runs: xr.Dataset, settings: Hazard) -> xr.Dataset:
     """Map the hazard of an ensemble.
 
     Parameters
@@ -211,7 +214,8 @@ def of_place(
         held[name] = ensemble(store, spacing)
         about = {key: store.attrs[key] for key in ("scenario_hash", "solver_hash", "lmls_version")}
         marks[name] = json.dumps([receptor.model_dump(mode="json") for receptor in settings.receptors])
-        found = hazard(held[name], asked[name])
+        _log.info("maps of %s", name)
+        found = map_hazard(held[name], asked[name])
         about |= {"georeference": grounds[name], "receptors": marks[name]}
         yield name, found.assign_attrs(title=name, **about)
     if len(held) > 1:
@@ -222,7 +226,7 @@ def of_place(
                 raise NotTogetherError(f"{first} and {other} differ in what is asked for under hazard")
             if grounds[other] != grounds[first]:
                 raise NotTogetherError(f"{first} and {other} differ in their georeference")
-        found = hazard(runs, asked[first])
+        found = map_hazard(runs, asked[first])
         about = {"georeference": grounds[first], "scenarios": ", ".join(held)}
         # receptors of one scenario need not be those of another
         alike = len({*marks.values()}) == 1

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -18,6 +19,8 @@ from pipeline.store.run_table import markdown
 from pipeline.store.storage import Location
 from pipeline.store.variables import Status
 from pipeline.store.zarr_store import open_store
+
+_log = logging.getLogger(__name__)
 
 PANELS = 8
 # round-off of a sum over single-precision frames
@@ -60,6 +63,7 @@ def draw(out: Location, to: Path) -> list[Path]:
             one = store.isel(run=slice(run, run + 1))
             if Status(int(one["status"][0])) is Status.PENDING:
                 continue
+            _log.info("%s: run %d of %d", name, run + 1, store.sizes["run"])
             courses.append((title_of(store, run), follow(one).isel(run=0).load()))
             if (courses[-1][1].time.where(courses[-1][1]["volume"].notnull()) > 0).any():
                 written.append(to / f"depth-{name}-{run}.png")

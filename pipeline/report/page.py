@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import logging
 import re
 import tempfile
 from collections.abc import Sequence
@@ -28,6 +29,7 @@ from pipeline.store.variables import COMPUTED
 from pipeline.store.zarr_store import open_store
 
 TEMPLATE = "report.html"
+_log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -54,7 +56,7 @@ class Chapter:
     text: str = ""
 
 
-def report(out: Location, to: Location, run: int | None = None) -> Location:
+def write_report(out: Location, to: Location, run: int | None = None) -> Location:
     """Write the page about a place.
 
     Parameters
@@ -109,6 +111,7 @@ def _has_frames(path: Location, run: int) -> bool:
 
 def _scenario(out: Location, name: str, found: xr.Dataset, run: int | None) -> Chapter:
     with open_store(store_path(out, name)) as store:
+        _log.info("page of %s", name)
         placed = ground(found)
         shown = _median(store) if run is None else run
         motion = None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import ceil, floor
@@ -26,6 +27,7 @@ from solver.points.lattice import Lattice
 from solver.simulation import simulate
 
 Array = NDArray[np.float64]
+_log = logging.getLogger(__name__)
 
 # wider spacing of the runs that find the domain, and cells across the smallest release at least
 WIDER = 4
@@ -87,6 +89,7 @@ def settled(scenario: Scenario, path: Location | None, tell: Callable[[str], Non
     wide = max(spacing, min(WIDER * spacing, least / LEAST_CELLS))
     around, flow = _grown(box, wide, np.ones(4, bool)), box
     for run in runs:
+        _log.info("%s: domain, run %d of %d", scenario.name, run.index + 1, len(runs))
         around, x, y = _flow(scenario, run, around, wide)
         flow = flow.holding(x, y)
     domain = Domain(x=_rounded(flow.x, spacing, wide), y=_rounded(flow.y, spacing, wide))

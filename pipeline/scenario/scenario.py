@@ -5,9 +5,12 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
+
+import numpy as np
+import yaml
 
 from pipeline.mistakes import BadInput, Mistake, describe
 from pipeline.scenario import checks
@@ -57,8 +60,13 @@ class Scenario:
         return self.settings.name
 
 
-def load(paths: Iterable[str | Path]) -> list[Scenario]:
-    """Read and check scenario files, in the order given.
+def load(sources: Iterable[str | Path | Mapping[str, Any]]) -> list[Scenario]:
+    """Read and check scenarios, in the order given.
+
+    Parameters
+    ----------
+    sources : iterable of path or mapping
+        Files, or the content of one; what a mapping names is looked for in the working directory.
 
     Raises
     ------
@@ -68,18 +76,23 @@ def load(paths: Iterable[str | Path]) -> list[Scenario]:
     mistakes: list[Mistake] = []
     scenarios: list[Scenario] = []
     names: dict[str, str] = {}
-    for path in map(Path, paths):
-        text = _read(path, mistakes)
+    for number, source in enumerate(sources):
+        if isinstance(source, Mapping):
+            name = source.get("name")
+            path = Path(name if isinstance(name, str) else f"scenario {number}")
+        else:
+            path = Path(source)
+        text = written(source) if isinstance(source, Mapping) else _read(path, mistakes)
         if text is None:
             continue
-        document = parse(text, str(path))
+        document = replace(parse(text, str(path)), no_file=isinstance(source, Mapping))
         name = document.data.get("name")
         if isinstance(name, str) and name in names:
             found = f"expected a name of its own, found '{name}' of {names[name]} again"
             mistakes.append(document.mistake(("name",), found))
         elif isinstance(name, str):
             names[name] = str(path)
-        checked = checks.check_document(document, path.parent)
+        checked = checks.check_document(document, Path() if document.no_file else path.parent)
         mistakes += [*document.mistakes, *checked.mistakes]
         if checked.settings is not None:
             content = _content(checked)
@@ -124,6 +137,25 @@ def differences(before: str, after: str) -> list[str]:
         for key in {**old, **new}
         if old.get(key) != new.get(key)
     ]
+
+
+def written(content: Mapping[str, Any]) -> str:
+    """Write the content of a scenario as YAML; NumPy's numbers and arrays, and paths, become plain ones."""
+    return yaml.safe_dump(_plain(content), sort_keys=False, allow_unicode=True, default_flow_style=None)
+
+
+def _plain(value: Any) -> Any:
+    match value:
+        case Mapping():
+            return {str(name): _plain(inner) for name, inner in value.items()}
+        case list() | tuple():
+            return [_plain(inner) for inner in value]
+        case np.ndarray() | np.generic():
+            return value.tolist()
+        case Path():
+            return str(value)
+        case _:
+            return value
 
 
 def _read(path: Path, mistakes: list[Mistake]) -> str | None:

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
+from pipeline.errors import PlaceInUseError as PlaceInUseError
 from pipeline.store.lock_files import TakenError
 from pipeline.store.storage import Location, is_made, storage_of
 
@@ -30,10 +31,6 @@ WHOLE = Part(1, 1)
 # file of a store that makes it one
 ROOT = "zarr.json"
 MOST_NAMED = 5
-
-
-class PlaceInUseError(Exception):
-    """Another driver holds the place; ``str()`` says which."""
 
 
 def store_path(out: Location, name: str) -> Location:

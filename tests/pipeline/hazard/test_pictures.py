@@ -16,7 +16,7 @@ from pipeline.assess.georeference import Frame, GeoreferenceError, frame, north_
 from pipeline.hazard import geo_files
 from pipeline.hazard.layers import layers
 from pipeline.hazard.map_files import WITHOUT_GEO, write_maps
-from pipeline.hazard.mapping import hazard, read, write
+from pipeline.hazard.mapping import map_hazard, read, write
 from pipeline.hazard.pictures import LEVEL_COLOURS, draw, round_below
 from pipeline.settings.hazard import Georeference, Hazard
 
@@ -54,7 +54,7 @@ def made(status=(1, 1, 1, 1), ground=GROUND):
         attrs={"title": "plane"},
     )
     text = "" if ground is None else ground.model_dump_json()
-    found = hazard(ensemble(runs), Hazard(depth=(1.0,), speed=(), quantiles=(0.5,)))
+    found = map_hazard(ensemble(runs), Hazard(depth=(1.0,), speed=(), quantiles=(0.5,)))
     return found.assign_attrs(title="plane", georeference=text)
 
 
