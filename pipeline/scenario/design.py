@@ -6,13 +6,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from math import prod
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.scenario.sweep import Value
-from pipeline.settings.sample import Discrete, Distribution, Lognormal, Normal, Sample, Uniform
+from pipeline.settings.sample import Discrete, Distribution, Lognormal, Normal, Sample, Triangular, Uniform
 
 if TYPE_CHECKING:
     from pipeline.settings.settings import Settings
@@ -93,7 +93,8 @@ def draw(sample: Sample) -> Draws:
     """Draw the values of every sampled key.
 
     Correlated keys are drawn through normal scores with the given correlations (a Gaussian copula), which
-    keeps each key's own distribution.
+    keeps each key's own distribution. In a Latin hypercube the scores only decide which values are paired,
+    so that each layer of each key holds one draw as it does without correlations.
 
     Returns
     -------
@@ -111,8 +112,11 @@ def _drawn(text: str) -> Draws:
     sample = Sample.model_validate_json(text)
     uniform = _uniform(sample)
     if sample.correlations:
-        scores = ndtri(uniform) @ np.linalg.cholesky(sample.correlation).T
-        uniform = np.clip(ndtr(scores), _LEAST, 1 - _LEAST)
+        if sample.design == "latin-hypercube":
+            uniform = paired(uniform, sample.correlation)
+        else:
+            scores = ndtri(uniform) @ np.linalg.cholesky(sample.correlation).T
+            uniform = np.clip(ndtr(scores), _LEAST, 1 - _LEAST)
     return {key: _quantile(each, uniform[:, i]) for i, (key, each) in enumerate(sample.values.items())}
 
 
@@ -135,6 +139,41 @@ def _uniform(sample: Sample) -> Array:
         points = saltelli(qmc.Sobol(2 * keys, rng=rng).random(sample.count))
     clipped: Array = np.clip(points, _LEAST, 1 - _LEAST)
     return clipped
+
+
+def paired(points: Array, correlation: Array) -> Array:
+    """Reorder each coordinate of points so that their normal scores have a correlation.
+
+    The values of each coordinate stay what they are.
+
+    Parameters
+    ----------
+    points : array, shape (n, keys)
+        In the open unit cube, the coordinates independent.
+    correlation : array, shape (keys, keys)
+        Wanted correlation of the normal scores.
+
+    Returns
+    -------
+    array, shape (n, keys)
+        With the same values in each column.
+
+    References
+    ----------
+    Iman & Conover 1982, A distribution-free approach to inducing rank correlation among input variables,
+    https://doi.org/10.1080/03610918208812265
+    """
+    from scipy.special import ndtri
+
+    rows, keys = points.shape
+    scores = ndtri(points)
+    # with few rows the scores are dependent by chance, and their own correlation has no inverse
+    if rows > keys + 1:
+        chance = np.linalg.cholesky(np.corrcoef(scores, rowvar=False))
+        scores = np.linalg.solve(chance, scores.T).T
+    wanted = scores @ np.linalg.cholesky(correlation).T
+    ranks = wanted.argsort(axis=0, kind="stable").argsort(axis=0, kind="stable")
+    return np.take_along_axis(np.sort(points, axis=0), ranks, axis=0)
 
 
 def saltelli(points: Array) -> Array:
@@ -174,21 +213,38 @@ def _quantile(distribution: Distribution, share: Array) -> tuple[Value, ...]:
     return tuple(_continuous(distribution, share).tolist())
 
 
-def _continuous(distribution: Any, share: Array) -> Array:
+def _continuous(distribution: Uniform | Normal | Lognormal | Triangular, share: Array) -> Array:
     from scipy import stats
 
     lower, upper = distribution.lower, distribution.upper
     if isinstance(distribution, Uniform):
-        frozen = stats.uniform(lower, upper - lower)
+        found: Array = stats.uniform(lower, upper - lower).ppf(share)
     elif isinstance(distribution, Normal):
-        frozen = stats.norm(distribution.mean, distribution.deviation)
+        found = distribution.mean + distribution.deviation * _score(
+            share, *(_over(bound, distribution.mean, distribution.deviation) for bound in (lower, upper))
+        )
     elif isinstance(distribution, Lognormal):
-        frozen = stats.lognorm(distribution.deviation, scale=distribution.median)
+        middle = np.log(distribution.median)
+        bounds = (None if bound is None else float(np.log(bound)) for bound in (lower, upper))
+        scores = _score(share, *(_over(bound, middle, distribution.deviation) for bound in bounds))
+        found = np.exp(middle + distribution.deviation * scores)
     else:
         width = upper - lower
-        frozen = stats.triang((distribution.mode - lower) / width, lower, width)
-    low = 0.0 if lower is None else frozen.cdf(lower)
-    high = 1.0 if upper is None else frozen.cdf(upper)
-    found: Array = np.asarray(frozen.ppf(low + share * (high - low)))
-    # a bound far out in the tail is rounded away
+        found = stats.triang((distribution.mode - lower) / width, lower, width).ppf(share)
+    # a bound is met but for round-off
     return found if lower is None and upper is None else np.clip(found, lower, upper)
+
+
+def _over(bound: float | None, middle: float, deviation: float) -> float | None:
+    return None if bound is None else (bound - middle) / deviation
+
+
+def _score(share: Array, lower: float | None, upper: float | None) -> Array:
+    """Quantiles of the standard normal distribution between two bounds, however far out they lie."""
+    from scipy import stats
+
+    if lower is None and upper is None:
+        return np.asarray(stats.norm.ppf(share))
+    low, high = -np.inf if lower is None else lower, np.inf if upper is None else upper
+    # takes the survival function above the median, and logarithms of both
+    return np.asarray(stats.truncnorm(low, high).ppf(share))

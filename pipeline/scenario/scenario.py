@@ -78,7 +78,11 @@ def load(paths: Iterable[str | Path]) -> list[Scenario]:
         elif isinstance(name, str):
             names[name] = str(path)
         checked = checks.check_document(document, path.parent)
-        mistakes += [*document.mistakes, *checked.mistakes]
+        wrong = [*document.mistakes, *checked.mistakes]
+        if checked.settings is None and not wrong:
+            # no file is passed over in silence, whatever its checks overlook
+            wrong = [document.mistake((), "expected a scenario, found one whose mistake has no name")]
+        mistakes += wrong
         if checked.settings is not None:
             content = _content(checked)
             digest = hashlib.sha256(content.encode()).hexdigest()
