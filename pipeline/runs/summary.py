@@ -99,9 +99,9 @@ def downstream(
 ) -> Literal[-1, 1]:
     """Direction of the flow along x: 1 where it goes with growing x, -1 where it goes against it.
 
-    It is that in which the centre of the area released and reached lies from that of the release. Where the flow
-    came to an end of the points, so that what it reached is cut off, it is that in which the bed falls under
-    the release. Where neither says anything, as of a heap that stays where it is, it is 1.
+    It is that in which the centre of the area released and reached lies from that of the release. Where the
+    flow came to an end of the points, so that what it reached is cut off, it is that in which the bed falls
+    under the release. Where neither says anything, as of a heap that stays where it is, it is 1.
 
     Parameters
     ----------

@@ -216,23 +216,25 @@ def _quantile(distribution: Distribution, share: Array) -> tuple[Value, ...]:
 def _continuous(distribution: Uniform | Normal | Lognormal | Triangular, share: Array) -> Array:
     from scipy import stats
 
-    lower, upper = distribution.lower, distribution.upper
-    if isinstance(distribution, Uniform):
-        found: Array = stats.uniform(lower, upper - lower).ppf(share)
-    elif isinstance(distribution, Normal):
-        found = distribution.mean + distribution.deviation * _score(
-            share, *(_over(bound, distribution.mean, distribution.deviation) for bound in (lower, upper))
-        )
-    elif isinstance(distribution, Lognormal):
-        middle = np.log(distribution.median)
-        bounds = (None if bound is None else float(np.log(bound)) for bound in (lower, upper))
-        scores = _score(share, *(_over(bound, middle, distribution.deviation) for bound in bounds))
-        found = np.exp(middle + distribution.deviation * scores)
-    else:
-        width = upper - lower
-        found = stats.triang((distribution.mode - lower) / width, lower, width).ppf(share)
-    # a bound is met but for round-off
-    return found if lower is None and upper is None else np.clip(found, lower, upper)
+    found: Array
+    match distribution:
+        case Uniform(lower=low, upper=high):
+            found = stats.uniform(low, high - low).ppf(share)
+        case Normal(mean=mean, deviation=deviation, lower=lower, upper=upper):
+            found = mean + deviation * _score(
+                share, _over(lower, mean, deviation), _over(upper, mean, deviation)
+            )
+        case Lognormal(median=median, deviation=deviation, lower=lower, upper=upper):
+            middle = float(np.log(median))
+            bounds = (None if bound is None else float(np.log(bound)) for bound in (lower, upper))
+            scores = _score(share, *(_over(bound, middle, deviation) for bound in bounds))
+            found = np.exp(middle + deviation * scores)
+        case Triangular(lower=low, mode=mode, upper=high):
+            found = stats.triang((mode - low) / (high - low), low, high - low).ppf(share)
+    # bounds are met but for round-off
+    if distribution.lower is None and distribution.upper is None:
+        return found
+    return np.clip(found, distribution.lower, distribution.upper)
 
 
 def _over(bound: float | None, middle: float, deviation: float) -> float | None:

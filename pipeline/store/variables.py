@@ -116,9 +116,7 @@ FIELDS = (
 )
 
 SUMMARIES = (
-    _scalar(
-        "front_x", "m", "arc length of the deposit's toe, its farthest cell in the direction of the flow"
-    ),
+    _scalar("front_x", "m", "arc length of the deposit's toe, its farthest cell along the flow"),
     _scalar("tail_x", "m", "arc length of the deposit's other end"),
     _scalar("deposit_length", "m", "extent of the deposit along the bed"),
     _scalar("deposit_width", "m", "extent of the deposit across the bed"),
