@@ -28,8 +28,8 @@ from pipeline.runs.domain_search import settled
 from pipeline.runs.duplicates import copies
 from pipeline.runs.runs import Runs, expand
 from pipeline.runs.shared_points import SharedPoints, kept, share
-from pipeline.runs.template import said, shares, template
-from pipeline.scenario.scenario import Scenario, differences
+from pipeline.runs.template import shares, template
+from pipeline.scenario.scenario import Scenario, differences, said
 from pipeline.store import layout, provenance, run_table, zarr_store
 from pipeline.store.place import WHOLE, Part, checkpoint_path, log_path, store_path, summary_path
 from pipeline.store.storage import is_made, is_url

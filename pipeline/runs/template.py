@@ -13,6 +13,7 @@ from pydantic import BaseModel
 from pipeline.runs.runs import Prepared, Run, Runs, build_scene
 from pipeline.runs.shared_points import SharedPoints
 from pipeline.scenario.design import return_periods, weights
+from pipeline.scenario.scenario import said
 from pipeline.settings.points import LatticePoints
 from pipeline.store import provenance
 from pipeline.store.layout import Template, group_size, run_bytes
@@ -143,11 +144,6 @@ def _meaning(run: Run, key: str) -> tuple[str, str]:
             at = at[int(part)]
     extra = info.json_schema_extra if isinstance(info.json_schema_extra, dict) else {}
     return str(extra.get("unit", "")), info.description or ""
-
-
-def said(scenario: Scenario) -> dict[str, str]:
-    """Attributes with the words of a scenario, which may change without its runs changing."""
-    return {"comment": scenario.settings.description, "scenario": scenario.text}
 
 
 def attributes(scenario: Scenario) -> dict[str, str]:

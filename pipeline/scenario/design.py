@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
-from math import prod
+from math import erfc, prod, sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -235,6 +235,28 @@ def _continuous(distribution: Uniform | Normal | Lognormal | Triangular, share: 
     if distribution.lower is None and distribution.upper is None:
         return found
     return np.clip(found, distribution.lower, distribution.upper)
+
+
+def share_within(distribution: Distribution) -> float:
+    """Share of a distribution that its bounds hold, 1 where nothing is cut off."""
+    match distribution:
+        case Normal(mean=middle, deviation=deviation, lower=lower, upper=upper):
+            low, high = _over(lower, middle, deviation), _over(upper, middle, deviation)
+        case Lognormal(median=median, deviation=deviation, lower=lower, upper=upper):
+            middle = float(np.log(median))
+            low, high = (
+                None if bound is None else _over(float(np.log(bound)), middle, deviation)
+                for bound in (lower, upper)
+            )
+        case _:
+            return 1.0
+    below, above = (
+        0.0 if score is None else 0.5 * erfc(sign * score / sqrt(2)) for score, sign in ((low, -1), (high, 1))
+    )
+    # far out in the upper tail both are near 1, and their difference is lost
+    if low is not None and low > 0:
+        return 0.5 * erfc(low / sqrt(2)) - above
+    return 1.0 - below - above if high is None or high > 0 else 0.5 * erfc(-high / sqrt(2)) - below
 
 
 def _over(bound: float | None, middle: float, deviation: float) -> float | None:

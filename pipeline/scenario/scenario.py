@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from pydantic import TypeAdapter
+
 from pipeline.mistakes import BadInput, Mistake, describe
 from pipeline.scenario import checks
 from pipeline.scenario.design import draw
@@ -16,6 +18,7 @@ from pipeline.scenario.elevation_table import ElevationTable
 from pipeline.scenario.point_file import PointFile
 from pipeline.scenario.schema_errors import check
 from pipeline.scenario.strict_yaml import parse
+from pipeline.settings.receptor import Receptor
 from pipeline.settings.settings import OF_ALL_RUNS, Settings, json_schema
 
 # What says nothing of a run's values: words, limits of its cost, and what its values are used for.
@@ -24,6 +27,10 @@ IRRELEVANT: Any = {
     "time": {"max_steps", "max_wall"},
 }
 
+# attribute of a store with the receptors that the scenario gives on the map, in coordinates of the bed
+ON_BED = "receptors_on_bed"
+RECEPTORS = TypeAdapter(tuple[Receptor, ...])
+
 __all__ = ["BadInput", "Mistake", "Scenario", "Settings", "differences", "json_schema", "load"]
 
 
@@ -31,7 +38,8 @@ __all__ = ["BadInput", "Mistake", "Scenario", "Settings", "differences", "json_s
 class Scenario:
     """One file of the catalogue.
 
-    settings : the file's content with defaults filled in, before any sweep.
+    settings : the file's content with defaults filled in, before any sweep; releases and receptors in
+    coordinates of the bed, whatever the file gives them in.
     path, text : the file and what stands in it.
     content : canonical JSON of everything that decides the result (tables and draws by digest; left out is
     what ``IRRELEVANT`` lists).
@@ -114,7 +122,19 @@ def stored(attributes: Mapping[str, Any]) -> Settings:
     found = check(parse(str(attributes["scenario"]), str(attributes["title"])).data)
     if isinstance(found, list):
         raise ValueError(f"the scenario of {attributes['title']} is not known here: {found[0].message}")
-    return found
+    receptors = attributes.get(ON_BED)
+    if receptors is None or found.georeference is None or found.georeference.receptors == "bed":
+        return found
+    return found.model_copy(update={"receptors": RECEPTORS.validate_json(str(receptors))})
+
+
+def said(scenario: Scenario) -> dict[str, str]:
+    """Attributes with the words of a scenario, which may change without its runs changing."""
+    words = {"comment": scenario.settings.description, "scenario": scenario.text}
+    ground = scenario.settings.georeference
+    if ground is None or ground.receptors == "bed":
+        return words
+    return {**words, ON_BED: RECEPTORS.dump_json(scenario.settings.receptors).decode()}
 
 
 def differences(before: str, after: str) -> list[str]:

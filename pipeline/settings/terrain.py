@@ -70,7 +70,8 @@ class Table(Section):
 
     profile: Literal["table"] = key("slope read from a table of horizontal distance and elevation")
     file: str = key(
-        "CSV with one header line and columns of distance and elevation in m, relative to the scenario file",
+        "CSV with the columns `distance` (horizontal) and `elevation`, m unless a heading says `(km)` or "
+        "`(ft)`, relative to the scenario file",
         min_length=1,
     )
     smoothing: Positive = key("horizontal length over which the table's corners are rounded", "m")
