@@ -88,8 +88,13 @@ def _within_polygons(path: Path, store: xr.Dataset, cells: Cells) -> NDArray[np.
     except pyogrio.errors.DataSourceError as error:
         raise ObservationError(f"{path}: expected polygons: {error}") from error
     area = shapely.union_all(shapely.make_valid(shapely.from_wkb(shapes)))
-    if area.geom_type not in ("Polygon", "MultiPolygon") or not meta["crs"]:
-        raise ObservationError(f"{path}: expected polygons with a reference system, found {area.geom_type}")
+    if not meta["crs"]:
+        beside = (
+            f"; its .prj file {path.with_suffix('.prj').name} is missing" if path.suffix == ".shp" else ""
+        )
+        raise ObservationError(f"{path}: expected a reference system, found none{beside}")
+    if area.geom_type not in ("Polygon", "MultiPolygon"):
+        raise ObservationError(f"{path}: expected polygons, found {area.geom_type}")
     x, y = _transformed(crs, meta["crs"], easting, northing)
     return np.asarray(shapely.contains_xy(area, x, y))
 

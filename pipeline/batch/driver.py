@@ -24,6 +24,7 @@ from pipeline.batch.local_workers import workers
 from pipeline.batch.progress import Progress, shown
 from pipeline.batch.scheduling import Ending, Todo, execute, execute_here, pending, threads
 from pipeline.batch.task import Solve
+from pipeline.runs import profile_ends
 from pipeline.runs.domain_search import settled
 from pipeline.runs.duplicates import copies
 from pipeline.runs.runs import Runs, expand
@@ -153,6 +154,9 @@ def complete(
         run_table.write(whole, summary_path(out))
     except OSError as error:
         ending.trouble = ending.trouble or str(error)
+    for name, rows in whole.groupby("scenario", sort=False):
+        if note := profile_ends.note(profile_ends.count(rows["warning"])):
+            console.print(f"{name}: {len(rows):,} runs{note}", highlight=False)
     counts = Counter(Status(s) for sc in scenarios for s in zarr_store.statuses(store_path(out, sc.name)))
     return Outcome(ending, counts, whole)
 

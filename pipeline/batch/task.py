@@ -13,7 +13,7 @@ import numpy as np
 
 from pipeline.batch.checkpoints import Checkpoints
 from pipeline.batch.limits import UNLIMITED, Limits, freeze_loaded, keep_freed_memory
-from pipeline.runs import shared_points
+from pipeline.runs import profile_ends, shared_points
 from pipeline.runs.runs import Prepared, Run, build_scene
 from pipeline.runs.shared_points import SharedPoints
 from pipeline.runs.summary import overrun, summarise
@@ -148,7 +148,7 @@ def _compute(job: Job, run: Run, shared: SharedPoints, solve: Solve) -> tuple[St
                 max_wall=most.max_wall,
                 keeper=None if job.checkpoints is None else job.checkpoints.of(run.index),
             )
-            told += doubts(prepared.scene, result)
+            told += [*doubts(prepared.scene, result), *profile_ends.warning(prepared, result.max_depth)]
         return _status(result), _row(prepared, result, most.max_wall) | _warnings(told)
     except MemoryError as error:
         limit = job.limits.memory

@@ -82,10 +82,15 @@ def write(table: pd.DataFrame, path: Path) -> None:
 
 def markdown(table: pd.DataFrame) -> str:
     """Give a table in Markdown, numbers to four digits."""
-    lines = [" | ".join(table.columns), " | ".join("---" for _ in table.columns)]
+    lines = [" | ".join(map(_cell, table.columns)), " | ".join("---" for _ in table.columns)]
     for row in table.itertuples(index=False):
-        lines.append(" | ".join(text(value) for value in row))
+        lines.append(" | ".join(map(_cell, row)))
     return "".join(f"| {line} |\n" for line in lines)
+
+
+def _cell(value: object) -> str:
+    """Write a value so that no mark or end of a line in it ends its cell."""
+    return " ".join(text(value).replace("\\", "\\\\").replace("|", "\\|").split())
 
 
 def text(value: object) -> str:
