@@ -36,7 +36,7 @@ class Size:
     results: float
 
     def __str__(self) -> str:
-        """``about 10,571 points, memory 2.3 MB a run, results 4.1 MB``; what this machine does not have is said."""
+        """``about 10,571 points, memory 2.3 MB a run, results 4.1 MB or less``, and what is too large."""
         here = psutil.virtual_memory().total
         more = f" (this machine has {_bytes(here)})" if self.memory > here else ""
         return (

@@ -65,9 +65,8 @@ def check_document(document: Document, folder: FilePath) -> Checked:
     mistakes = [document.mistake(p.path, p.message, at_key=p.at_key) for p in problems]
     mistakes = [mistake for mistake in mistakes if (mistake.line, mistake.column) not in told]
     mistakes += judge.mistakes
-    if mistakes:
+    if mistakes or settings is None:
         return Checked(mistakes=mistakes)
-    assert settings is not None
     warnings = (document.mistake(path, message) for path, message in judge.warnings(settings))
     return Checked(settings, judge.tables, judge.points, [], tuple(map(str, warnings)))
 
