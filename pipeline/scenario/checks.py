@@ -259,7 +259,10 @@ class _Judge:
 def _lost(release: AnyRelease, extent: tuple[Pair, Pair]) -> tuple[float, float]:
     """Volume of a release, m3, and the part of it outside the domain, 1 where nothing is inside."""
     shape = solver_objects.shape(release)
-    return shape.shape_volume, shape.volume_outside(*extent) / shape.shape_volume
+    whole, outside = shape.shape_volume, shape.volume_outside(*extent)
+    if not (isfinite(whole) and isfinite(outside)):
+        raise OverflowError("a volume that is no finite number")
+    return whole, outside / whole
 
 
 @lru_cache(maxsize=1024)
