@@ -89,10 +89,9 @@ def _within_polygons(path: Path, store: xr.Dataset, cells: Cells) -> NDArray[np.
         raise ObservationError(f"{path}: expected polygons: {error}") from error
     area = shapely.union_all(shapely.make_valid(shapely.from_wkb(shapes)))
     if not meta["crs"]:
-        beside = (
-            f"; its .prj file {path.with_suffix('.prj').name} is missing" if path.suffix == ".shp" else ""
-        )
-        raise ObservationError(f"{path}: expected a reference system, found none{beside}")
+        missing = path.with_suffix(".prj").name
+        found = f"none: {missing} is missing beside it" if path.suffix.lower() == ".shp" else "none"
+        raise ObservationError(f"{path}: expected polygons with a reference system, found {found}")
     if area.geom_type not in ("Polygon", "MultiPolygon"):
         raise ObservationError(f"{path}: expected polygons, found {area.geom_type}")
     x, y = _transformed(crs, meta["crs"], easting, northing)

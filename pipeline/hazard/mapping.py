@@ -208,7 +208,9 @@ def of_place(
         settings = stored(store.attrs)
         asked[name] = settings.hazard.model_copy(update=dict(thresholds))
         ground = settings.georeference
-        grounds[name] = "" if ground is None else ground.model_dump_json()
+        # what receptors and releases are given in says nothing of where the profile lies
+        where = {"receptors", "releases"}
+        grounds[name] = "" if ground is None else ground.model_dump_json(exclude=where)
         held[name] = ensemble(store, spacing)
         about = {key: store.attrs[key] for key in ("scenario_hash", "solver_hash", "lmls_version")}
         marks[name] = json.dumps([receptor.model_dump(mode="json") for receptor in settings.receptors])

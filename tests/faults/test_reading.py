@@ -415,3 +415,30 @@ def test_a_flow_beyond_its_profile_is_told_by_run_table_and_maps(tmp_path):
     assert table["warning"].str.endswith("m below its end, where the end slopes go on").all()
     mapped = pipeline("hazard", out, "--no-maps")
     assert mapped.stdout.count("; flow beyond the surveyed profile in 1") >= 2
+
+
+def test_a_shapefile_without_its_prj_is_told_by_name(tmp_path):
+    pytest.importorskip("pyogrio")
+    import pyogrio.raw
+    import shapely
+    import xarray as xr
+
+    from pipeline.assess.observed import ObservationError
+    from pipeline.assess.observed import read as read_observed
+
+    path = tmp_path / "deposit.shp"
+    shape = shapely.to_wkb(shapely.box(2600100, 1199990, 2600200, 1200010))
+    pyogrio.raw.write(path, np.array([shape], object), [], [], crs="EPSG:2056", geometry_type="Polygon")
+    ground = "georeference: {crs: 'EPSG:2056', origin: [2600000, 1200000], azimuth: 90}"
+    store = xr.Dataset(
+        coords={"x": np.arange(0, 301, 10.0), "y": np.arange(-20, 21, 10.0)},
+        attrs={"title": "f", "scenario": text(more=ground)},
+    )
+    store = store.assign_coords(horizontal_distance=("x", store["x"].to_numpy()))
+    assert read_observed(path, store, 0.1).covered.any()
+    path.with_suffix(".prj").unlink()
+    with pytest.raises(ObservationError) as caught:
+        read_observed(path, store, 0.1)
+    assert str(caught.value) == (
+        f"{path}: expected polygons with a reference system, found none: deposit.prj is missing beside it"
+    )
