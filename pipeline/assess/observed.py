@@ -14,6 +14,7 @@ from scipy.spatial import KDTree
 
 from pipeline.assess.georeference import Frame
 from pipeline.assess.receptors import Cells
+from pipeline.scenario import text_table
 from pipeline.scenario.scenario import stored
 
 Array = NDArray[np.float64]
@@ -156,6 +157,8 @@ def _table(path: Path) -> pd.DataFrame:
             with xr.open_dataset(path) as survey:
                 table = survey["depth"].to_dataframe().reset_index().dropna(subset=["depth"])
         else:
+            if (found := text_table.obstacle(path)) is not None:
+                raise ValueError(f"found {found}")
             table = pd.read_csv(path)
         names = [name for name in ("x", "y", "depth") if name in table]
         if names[:2] != ["x", "y"]:

@@ -44,11 +44,7 @@ def _read_csv(path: Path) -> NDArray[np.float64]:
     # pandas takes longer to import than a scenario to check
     import pandas as pd
 
-    with path.open("rb") as file:
-        head = file.read(text_table.SAMPLED)
-    line = head.decode("utf-8-sig", errors="replace").partition("\n")[0]
-    other = text_table.separators(line)
-    found = text_table.kind(head) or (None if other is None else f"{other} between columns; put commas there")
+    found = text_table.obstacle(path)
     if found is not None:
         raise BadInput([Mistake(str(path), 1, 1, "", f"expected {WANTED}, found {found}")])
     try:

@@ -114,6 +114,21 @@ def kind(head: bytes) -> str | None:
     return None
 
 
+def obstacle(path: Path) -> str | None:
+    """Say what a file is and what to do with it, if it is no table with commas between its columns.
+
+    Raises
+    ------
+    OSError
+        If it cannot be read.
+    """
+    with path.open("rb") as file:
+        head = file.read(SAMPLED)
+    lines = head.decode("utf-8-sig", errors="replace").splitlines() or [""]
+    other = separators(lines[0])
+    return kind(head) or (None if other is None else _separated(other, lines[1:]))
+
+
 def separators(line: str) -> str | None:
     """Say what separates the columns of a line of headings if it is not commas; None where it is."""
     if "," in line:
@@ -122,6 +137,12 @@ def separators(line: str) -> str | None:
         if mark in line:
             return name
     return None
+
+
+def _separated(by: str, lines: Sequence[str]) -> str:
+    """Say what separates columns, and whether commas stand in numbers."""
+    commas = " and decimal commas" if any(map(_DECIMAL_COMMA.search, lines[:20])) else ""
+    return f"{by}{commas}; save it as CSV with commas between columns and points in numbers"
 
 
 def split(path: Path, text: str) -> tuple[list[Heading], list[Row]]:
@@ -142,10 +163,8 @@ def split(path: Path, text: str) -> tuple[list[Heading], list[Row]]:
     (first, head), *rest = lines
     other = separators(head)
     if other is not None:
-        comma = any(_DECIMAL_COMMA.search(line) for _, line in rest[:20])
-        found = f"{other} and decimal commas" if comma else other
-        fix = "save it as CSV with commas between columns and points in numbers"
-        message = f"expected columns separated by commas, found {found}; {fix}"
+        found = _separated(other, [line for _, line in rest])
+        message = f"expected columns separated by commas, found {found}"
         raise BadInput([Mistake(str(path), first, 1, "", message)])
     names = _cells(head.lstrip("# "))
     if all(number(cell) is not None for cell in names):

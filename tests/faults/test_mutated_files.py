@@ -12,6 +12,7 @@ from root import ROOT
 
 from pipeline.mistakes import BadInput
 from pipeline.runs.runs import expand
+from pipeline.runs.size import size
 from pipeline.scenario.scenario import load
 
 SHIPPED = sorted((ROOT / "scenarios").rglob("*.yaml"))
@@ -36,6 +37,7 @@ def outcome(path):
             return lines
         runs = expand(scenario)
         assert runs[len(runs) - 1].settings.domain == scenario.settings.domain
+        assert str(size(scenario))
         return len(runs)
 
 

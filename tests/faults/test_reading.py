@@ -442,3 +442,53 @@ def test_a_shapefile_without_its_prj_is_told_by_name(tmp_path):
     assert str(caught.value) == (
         f"{path}: expected polygons with a reference system, found none: deposit.prj is missing beside it"
     )
+
+
+@pytest.mark.parametrize(
+    ("data", "found"),
+    [
+        (b"x;y\n1;2\n3;4\n", "found semicolons; save it as CSV"),
+        (b"x;y\n1,5;2,5\n3,5;4,5\n", "found semicolons and decimal commas; save it as CSV"),
+        (b"x\ty\n1\t2\n", "found tabs; save it as CSV"),
+        (b"PK\3\4" + bytes(40), "found a spreadsheet or another zipped file; save the sheet as CSV"),
+    ],
+)
+def test_points_and_observations_of_another_kind_are_told_as_such(tmp_path, data, found):
+    import xarray as xr
+
+    from pipeline.assess.observed import ObservationError
+    from pipeline.assess.observed import read as read_observed
+    from pipeline.scenario.point_file import read as read_points
+
+    path = tmp_path / "p.csv"
+    path.write_bytes(data)
+    with pytest.raises(BadInput) as caught:
+        read_points(path)
+    assert found in str(caught.value)
+    store = xr.Dataset(coords={"x": np.arange(0, 31, 10.0), "y": np.arange(-20, 21, 10.0)})
+    with pytest.raises(ObservationError) as told:
+        read_observed(path, store, 0.1)
+    assert found in str(told.value)
+
+
+@pytest.mark.parametrize(
+    ("written", "points"),
+    [
+        ("x,y\n1,2\n3,4\n5,7\n", [[1, 2], [3, 4], [5, 7]]),
+        ("y (m),id,X [m]\n2,a,1\n4,b,3\n7,c,5\n", [[1, 2], [3, 4], [5, 7]]),
+        ("x_ft,y_ft\n10,20\n", [[3.048, 6.096]]),
+    ],
+)
+def test_points_are_read_by_their_headings_and_units(tmp_path, written, points):
+    from pipeline.scenario.point_file import read as read_points
+
+    (tmp_path / "p.csv").write_text(written)
+    assert read_points(tmp_path / "p.csv").points == pytest.approx(np.array(points))
+
+
+def test_rows_with_more_values_than_headings_do_not_shift_points(tmp_path):
+    from pipeline.scenario.point_file import read as read_points
+
+    (tmp_path / "p.csv").write_text("x,y\n1,2,9\n3,4,9\n")
+    with pytest.raises(BadInput, match=r"p.csv:2:1: expected 2 values a line, one a heading, found more"):
+        read_points(tmp_path / "p.csv")
