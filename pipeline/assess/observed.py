@@ -14,6 +14,7 @@ from scipy.spatial import KDTree
 
 from pipeline.assess.georeference import Frame
 from pipeline.assess.receptors import Cells
+from pipeline.scenario import text_table
 from pipeline.scenario.scenario import stored
 
 Array = NDArray[np.float64]
@@ -88,8 +89,12 @@ def _within_polygons(path: Path, store: xr.Dataset, cells: Cells) -> NDArray[np.
     except pyogrio.errors.DataSourceError as error:
         raise ObservationError(f"{path}: expected polygons: {error}") from error
     area = shapely.union_all(shapely.make_valid(shapely.from_wkb(shapes)))
-    if area.geom_type not in ("Polygon", "MultiPolygon") or not meta["crs"]:
-        raise ObservationError(f"{path}: expected polygons with a reference system, found {area.geom_type}")
+    if not meta["crs"]:
+        missing = path.with_suffix(".prj").name
+        found = f"none: {missing} is missing beside it" if path.suffix.lower() == ".shp" else "none"
+        raise ObservationError(f"{path}: expected polygons with a reference system, found {found}")
+    if area.geom_type not in ("Polygon", "MultiPolygon"):
+        raise ObservationError(f"{path}: expected polygons, found {area.geom_type}")
     x, y = _transformed(crs, meta["crs"], easting, northing)
     return np.asarray(shapely.contains_xy(area, x, y))
 
@@ -152,6 +157,8 @@ def _table(path: Path) -> pd.DataFrame:
             with xr.open_dataset(path) as survey:
                 table = survey["depth"].to_dataframe().reset_index().dropna(subset=["depth"])
         else:
+            if (found := text_table.obstacle(path)) is not None:
+                raise ValueError(f"found {found}")
             table = pd.read_csv(path)
         names = [name for name in ("x", "y", "depth") if name in table]
         if names[:2] != ["x", "y"]:

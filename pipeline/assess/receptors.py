@@ -42,11 +42,19 @@ class Cells:
         if receptor.point is not None:
             return self._nearest(np.array([receptor.point]))
         if receptor.line is not None:
-            return self._nearest(self._along(receptor.line))
+            return self._nearest(self._inside(self._along(receptor.line)))
         assert receptor.polygon is not None
         corners = (*receptor.polygon, receptor.polygon[0])
         inside = Outline(np.array(corners)).contains_points(self.points)
-        return np.union1d(np.flatnonzero(inside), self._nearest(self._along(corners)))
+        edge = self._nearest(self._inside(self._along(corners)))
+        return np.union1d(np.flatnonzero(inside), edge)
+
+    def _inside(self, places: Array) -> Array:
+        """Leave out the places of a line beyond the outer cells; none, where all of them are."""
+        half = self.spacing / 2
+        low, high = self.points.min(axis=0) - half, self.points.max(axis=0) + half
+        inside = ((low <= places) & (places <= high)).all(axis=1)
+        return places[inside] if inside.any() else places
 
     def _along(self, corners: tuple[Pair, ...]) -> Array:
         """Points along a line, shape (points, 2), m."""

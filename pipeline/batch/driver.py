@@ -26,12 +26,13 @@ from pipeline.batch.progress import Progress, shown, stages
 from pipeline.batch.scheduling import Ending, Todo, execute, execute_here, pending, threads
 from pipeline.batch.task import Solve
 from pipeline.errors import ChangedError as ChangedError
+from pipeline.runs import profile_ends
 from pipeline.runs.domain_search import settled
 from pipeline.runs.duplicates import copies
 from pipeline.runs.runs import Runs, expand, share
 from pipeline.runs.shared_points import SharedPoints, kept
-from pipeline.runs.template import said, shares, template
-from pipeline.scenario.scenario import Scenario, differences
+from pipeline.runs.template import shares, template
+from pipeline.scenario.scenario import Scenario, differences, said
 from pipeline.store import layout, provenance, run_table, zarr_store
 from pipeline.store.place import WHOLE, Part, checkpoint_path, store_path, summary_path
 from pipeline.store.storage import Location, is_made, storage_of
@@ -158,6 +159,9 @@ def complete(
         run_table.write(whole, summary_path(out))
     except OSError as error:
         ending.trouble = ending.trouble or str(error)
+    for name, rows in whole.groupby("scenario", sort=False):
+        if note := profile_ends.note(profile_ends.count(rows["warning"])):
+            console.print(f"{name}: {len(rows):,} runs{note}", highlight=False)
     counts = Counter(Status(s) for sc in scenarios for s in zarr_store.statuses(store_path(out, sc.name)))
     return Outcome(ending, counts, whole)
 

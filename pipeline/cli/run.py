@@ -85,6 +85,7 @@ def run(
 def validate(files: Files, as_json: Json = False) -> None:
     """Check scenario files and list the runs they make; write nothing."""
     from pipeline.runs.runs import expand
+    from pipeline.runs.size import size
 
     try:
         scenarios = pipeline.load(files)
@@ -113,7 +114,9 @@ def validate(files: Files, as_json: Json = False) -> None:
         for warning in scenario.warnings:
             _warn(warning)
         runs = expand(scenario)
-        typer.echo(f"{scenario.path}: {scenario.name}: {len(runs)} run{'s' if len(runs) > 1 else ''}")
+        count = f"{len(runs)} run{'s' if len(runs) > 1 else ''}"
+        large = size(scenario) or "points known once the domain is found"
+        typer.echo(f"{scenario.path}: {scenario.name}: {count}, {large}")
         for each in runs:
             if each.parameters:
                 values = ", ".join(f"{name}={value}" for name, value in each.parameters.items())

@@ -15,6 +15,7 @@ import xarray as xr
 from pipeline.assess.ensemble import Counts, NotTogetherError, counts, ensemble, together
 from pipeline.assess.exceedance import BOUNDS, Shares, exceedance, mean_arrival, quantiles, share
 from pipeline.hazard import intensity
+from pipeline.runs import profile_ends
 from pipeline.scenario.scenario import stored
 from pipeline.settings.hazard import Hazard
 from pipeline.store.folder import whole
@@ -204,18 +205,23 @@ def of_place(
     asked: dict[str, Hazard] = {}
     grounds: dict[str, str] = {}
     marks: dict[str, str] = {}
+    beyond = 0
     for path in store_paths(out):
         store = open_store(path)
         name = str(store.attrs["title"])
         settings = stored(store.attrs)
         asked[name] = settings.hazard.model_copy(update=dict(thresholds))
         ground = settings.georeference
-        grounds[name] = "" if ground is None else ground.model_dump_json()
+        # what receptors and releases are given in says nothing of where the profile lies
+        where = {"receptors", "releases"}
+        grounds[name] = "" if ground is None else ground.model_dump_json(exclude=where)
         held[name] = ensemble(store, spacing)
         about = {key: store.attrs[key] for key in ("scenario_hash", "solver_hash", "lmls_version")}
         marks[name] = json.dumps([receptor.model_dump(mode="json") for receptor in settings.receptors])
+        beyond += (count := profile_ends.count(store["warning"].to_numpy()))
         _log.info("maps of %s", name)
         found = map_hazard(held[name], asked[name])
+        found.attrs["comment"] += profile_ends.note(count)
         about |= {"georeference": grounds[name], "receptors": marks[name]}
         yield name, found.assign_attrs(title=name, **about)
     if len(held) > 1:
@@ -227,6 +233,7 @@ def of_place(
             if grounds[other] != grounds[first]:
                 raise NotTogetherError(f"{first} and {other} differ in their georeference")
         found = map_hazard(runs, asked[first])
+        found.attrs["comment"] += profile_ends.note(beyond)
         about = {"georeference": grounds[first], "scenarios": ", ".join(held)}
         # receptors of one scenario need not be those of another
         alike = len({*marks.values()}) == 1

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pipeline.runs import profile_ends
 from pipeline.runs.scene_of_run import Prepared
 from pipeline.runs.summary import overrun, summarise
 from pipeline.store.variables import FIELDS, Status
@@ -46,7 +47,7 @@ def stored(
 
 def implausible(prepared: Prepared, result: Result) -> list[str]:
     """Say what is not plausible in a result, as warnings."""
-    return list(doubts(prepared.scene, result))
+    return [*doubts(prepared.scene, result), *profile_ends.warning(prepared, result.max_depth)]
 
 
 def profile_values(prepared: Prepared) -> dict[str, NDArray[np.float64]]:

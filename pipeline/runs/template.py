@@ -13,6 +13,7 @@ from pipeline.runs.scene_of_run import Prepared, build_scene
 from pipeline.runs.shared_points import SharedPoints
 from pipeline.runs.stored_values import profile_values
 from pipeline.scenario.design import return_periods, weights
+from pipeline.scenario.scenario import said
 from pipeline.scenario.sweep import meaning_of
 from pipeline.settings.points import LatticePoints
 from pipeline.store import provenance
@@ -118,11 +119,6 @@ def parameters(runs: Runs) -> list[tuple[Variable, NDArray[Any]]]:
             )
         )
     return found
-
-
-def said(scenario: Scenario) -> dict[str, str]:
-    """Attributes with the words of a scenario, which may change without its runs changing."""
-    return {"comment": scenario.settings.description, "scenario": scenario.text}
 
 
 def attributes(scenario: Scenario) -> dict[str, str]:

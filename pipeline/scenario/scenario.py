@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import yaml
+from pydantic import TypeAdapter
 
 from pipeline.mistakes import BadInput, Mistake, describe
 from pipeline.scenario import checks
@@ -19,6 +20,7 @@ from pipeline.scenario.elevation_table import ElevationTable
 from pipeline.scenario.point_file import PointFile
 from pipeline.scenario.schema_errors import check
 from pipeline.scenario.strict_yaml import parse
+from pipeline.settings.receptor import Receptor
 from pipeline.settings.settings import OF_ALL_RUNS, Settings, json_schema
 
 # What says nothing of a run's values: words, limits of its cost, and what its values are used for.
@@ -27,6 +29,10 @@ IRRELEVANT: Any = {
     "time": {"max_steps", "max_wall"},
 }
 
+# attribute of a store with the receptors that the scenario gives on the map, in coordinates of the bed
+ON_BED = "receptors_on_bed"
+RECEPTORS = TypeAdapter(tuple[Receptor, ...])
+
 __all__ = ["BadInput", "Mistake", "Scenario", "Settings", "differences", "json_schema", "load"]
 
 
@@ -34,7 +40,8 @@ __all__ = ["BadInput", "Mistake", "Scenario", "Settings", "differences", "json_s
 class Scenario:
     """One file of the catalogue.
 
-    settings : the file's content with defaults filled in, before any sweep.
+    settings : the file's content with defaults filled in, before any sweep; releases and receptors in
+    coordinates of the bed, whatever the file gives them in.
     path, text : the file and what stands in it.
     data : what stands in it, as plain data; lists are tuples.
     content : canonical JSON of everything that decides the result (tables and draws by digest; left out is
@@ -93,7 +100,11 @@ def load(sources: Iterable[str | Path | Mapping[str, Any]]) -> list[Scenario]:
         elif isinstance(name, str):
             names[name] = str(path)
         checked = checks.check_document(document, Path() if document.no_file else path.parent)
-        mistakes += [*document.mistakes, *checked.mistakes]
+        wrong = [*document.mistakes, *checked.mistakes]
+        if checked.settings is None and not wrong:
+            # no file is passed over in silence, whatever its checks overlook
+            wrong = [document.mistake((), "expected a scenario, found one whose mistake has no name")]
+        mistakes += wrong
         if checked.settings is not None:
             content = _content(checked)
             digest = hashlib.sha256(content.encode()).hexdigest()
@@ -126,7 +137,19 @@ def stored(attributes: Mapping[str, Any]) -> Settings:
     found = check(parse(str(attributes["scenario"]), str(attributes["title"])).data)
     if isinstance(found, list):
         raise ValueError(f"the scenario of {attributes['title']} is not known here: {found[0].message}")
-    return found
+    receptors = attributes.get(ON_BED)
+    if receptors is None or found.georeference is None or found.georeference.receptors == "bed":
+        return found
+    return found.model_copy(update={"receptors": RECEPTORS.validate_json(str(receptors))})
+
+
+def said(scenario: Scenario) -> dict[str, str]:
+    """Attributes with the words of a scenario, which may change without its runs changing."""
+    words = {"comment": scenario.settings.description, "scenario": scenario.text}
+    ground = scenario.settings.georeference
+    if ground is None or ground.receptors == "bed":
+        return words
+    return {**words, ON_BED: RECEPTORS.dump_json(scenario.settings.receptors).decode()}
 
 
 def differences(before: str, after: str) -> list[str]:

@@ -37,14 +37,18 @@ def check(data: Mapping[str, Any]) -> Settings | list[Problem]:
     try:
         return Settings.model_validate(data)
     except ValidationError as error:
-        # items that fail are not counted, so that a list of them is told to be short
-        errors = (e for e in error.errors(include_url=False) if not (e["type"] == "too_short" and e["input"]))
+        errors = (e for e in error.errors(include_url=False) if not _is_long_enough(e))
         return [_explain(details, data) for details in errors]
 
 
 def sections() -> Iterator[tuple[tuple[str, ...], type[BaseModel]]]:
     """Walk the sections of a scenario file, each with the location that its errors have."""
     return sections_of(Settings)
+
+
+def _is_long_enough(error: ErrorDetails) -> bool:
+    """Whether a list is called too short because items of it failed, which are not counted."""
+    return error["type"] == "too_short" and len(error["input"]) >= error["ctx"]["min_length"]
 
 
 @cache
@@ -98,9 +102,12 @@ def _explain(error: ErrorDetails, data: Mapping[str, Any]) -> Problem:
         return Problem((*path, name), f"expected one of {', '.join(tags)}, found {found}")
     hint = of_number(error["input"]) if type_ in ("float_type", "int_type") else ""
     if type_ in ("too_short", "too_long"):
-        found = str(context["actual_length"])
+        found = str(len(error["input"]))
         hint = of_length(error["input"], context.get("max_length", 0))
-    return Problem(path, f"expected {_EXPECTED[type_](context)}, found {found}{hint}", hint=hint)
+    expected = _EXPECTED[type_](context)
+    if type_ == "too_short" and path[-1:] in (("line",), ("polygon",)):
+        expected = expected.replace("values", "corners")
+    return Problem(path, f"expected {expected}, found {found}{hint}", hint=hint)
 
 
 _EXPECTED: dict[str, Callable[[Mapping[str, Any]], str]] = {

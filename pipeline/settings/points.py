@@ -52,7 +52,7 @@ class PoissonDiscPoints(Section):
 
     def estimate(self, width: float, height: float) -> float:
         """Estimate the number of points in a domain of this size, m."""
-        return self.count or width * height / (self.spacing or 1.0) ** 2
+        return self.count or (width / (self.spacing or 1.0)) * (height / (self.spacing or 1.0))
 
 
 class Region(Section):
@@ -96,10 +96,10 @@ class GradedPoints(Section):
 
     def estimate(self, width: float, height: float) -> float:
         """Estimate the number of points in a domain of this size, m."""
-        count = width * height / self.spacing**2
+        count = (width / self.spacing) * (height / self.spacing)
         for refine in self.refine:
             (x0, x1), (y0, y1) = refine.region.x, refine.region.y
-            count += (x1 - x0) * (y1 - y0) / refine.spacing**2
+            count += ((x1 - x0) / refine.spacing) * ((y1 - y0) / refine.spacing)
         return count
 
 

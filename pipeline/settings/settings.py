@@ -232,12 +232,6 @@ class Settings(Section):
         for i, name in enumerate(names):
             if name in names[:i]:
                 raise relation(f"expected a name of its own, found '{name}' again", f"receptors.{i}.name")
-        for i, receptor in enumerate(self.receptors):
-            for x, y in receptor.corners:
-                if self.domain is not None and not self.domain.holds(x, y):
-                    (x0, x1), (y0, y1) = self.domain.x, self.domain.y
-                    found = f"expected places in the domain, x [{x0:g}, {x1:g}] and y [{y0:g}, {y1:g}]"
-                    raise relation(f"{found}, found [{x:g}, {y:g}]", f"receptors.{i}", "domain")
         return self
 
     def _check_numbers(

@@ -94,11 +94,16 @@ def markdown(table: pd.DataFrame) -> str:
     """Give a table in Markdown: units in the headings, numbers to four digits."""
     known = units(table)
     heads = [f"{name} ({known[name]})" if known.get(name) else name for name in map(str, table.columns)]
-    lines = [" | ".join(heads), " | ".join("---" for _ in heads)]
+    lines = [" | ".join(map(_cell, heads)), " | ".join("---" for _ in heads)]
     for row in table.itertuples(index=False):
         cells = (text(value, error=name == ERROR) for name, value in zip(table.columns, row, strict=True))
-        lines.append(" | ".join(cells))
+        lines.append(" | ".join(map(_cell, cells)))
     return "".join(f"| {line} |\n" for line in lines)
+
+
+def _cell(words: str) -> str:
+    """Write words so that no mark or end of a line in them ends their cell."""
+    return " ".join(words.replace("\\", "\\\\").replace("|", "\\|").split())
 
 
 def units(table: pd.DataFrame) -> dict[str, str]:

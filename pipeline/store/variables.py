@@ -116,8 +116,8 @@ FIELDS = (
 )
 
 SUMMARIES = (
-    _scalar("front_x", "m", "arc length of the deposit's lowest cell"),
-    _scalar("tail_x", "m", "arc length of the deposit's uppermost cell"),
+    _scalar("front_x", "m", "arc length of the deposit's toe, its farthest cell along the flow"),
+    _scalar("tail_x", "m", "arc length of the deposit's other end"),
     _scalar("deposit_length", "m", "extent of the deposit along the bed"),
     _scalar("deposit_width", "m", "extent of the deposit across the bed"),
     _scalar("deposit_area", "m2", "area of the cells of the deposit"),
@@ -127,6 +127,12 @@ SUMMARIES = (
     _scalar("runout_distance", "m", "horizontal distance from the crown of the release to the deposit's toe"),
     _scalar("drop_height", "m", "height of the crown of the release above the deposit's toe"),
     _scalar("reach_angle", "degree", "arctangent of drop height over runout distance"),
+    _scalar("flow_front_x", "m", "arc length of the farthest cell that the flow reached"),
+    _scalar(
+        "flow_runout_distance",
+        "m",
+        "horizontal distance from the crown of the release to the farthest cell that the flow reached",
+    ),
     _scalar("peak_depth", "m", "largest depth anywhere, over all time steps"),
     _scalar("peak_speed", "m s-1", "largest speed anywhere, over all time steps"),
 )

@@ -76,8 +76,8 @@ class Table(SlopeProfile):
         return float(self._arc_length(self.distances[-1:])[0])
 
     def horizontal_distance(self, x: ArrayLike) -> Array:
-        """Horizontal distance from the first point of the table, m, same shape as ``x`` (m)."""
-        return np.asarray(self._distance(np.asarray(x, dtype=np.float64)) - self.distances[0])
+        """Horizontal distance as the table counts it, m, same shape as ``x`` (m)."""
+        return self._distance(np.asarray(x, dtype=np.float64))
 
     def elevation(self, x: ArrayLike) -> Array:
         """Elevation of the smoothed bed in the table's own height, m, same shape as ``x`` (m)."""

@@ -170,7 +170,9 @@ def test_validate_lists_the_runs_and_writes_nothing(scenario_file, tmp_path):
     before = sorted(tmp_path.iterdir())
     result = pipeline("validate", file)
     assert result.exit_code == 0
-    assert result.stdout.splitlines()[0] == f"{file}: box: 2 runs"
+    first = result.stdout.splitlines()[0]
+    assert first.startswith(f"{file}: box: 2 runs, ")
+    assert "points, memory" in first
     assert "bed_friction=20" in result.stdout.splitlines()[1]
     assert sorted(tmp_path.iterdir()) == before
 

@@ -113,7 +113,7 @@ def test_a_table_of_a_straight_slope_is_a_plane():
     table = Table(d, 500 - np.tan(np.radians(30)) * (d - 10), 8.0)
     x = np.linspace(-20, 120, 29)
     np.testing.assert_allclose(table.inclination(x), np.radians(30), rtol=1e-12)
-    np.testing.assert_allclose(table.horizontal_distance(x), x * np.cos(np.radians(30)), atol=1e-10)
+    np.testing.assert_allclose(table.horizontal_distance(x), 10 + x * np.cos(np.radians(30)), atol=1e-10)
     np.testing.assert_allclose(table.elevation(x), 500 - x / 2, atol=1e-10)
     assert table.length == pytest.approx(50 / np.cos(np.radians(30)), rel=1e-12)
 
