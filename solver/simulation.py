@@ -43,6 +43,8 @@ __all__ = [
 KINDS: tuple[Kind, ...] = get_args(Kind)
 FRAMES = ("depth", "velocity_x", "velocity_y")
 OUT_OF_TIME = "more time than allowed"
+# Froude number above which material moves, as opposed to a film or a deposit that creeps
+MOVING = 0.1
 REASONS = {
     runge_kutta.OUT_OF_STEPS: "more steps than allowed",
     runge_kutta.OUT_OF_TIME: OUT_OF_TIME,
@@ -92,6 +94,8 @@ class Result:
     same shape, the last good state, m.
     time : of the last good state, s. rest_time : s, NaN if still moving. steps : time steps taken to
     there. cell_stages : cells updated, summed over stages. wall_time, cpu_time : s, of the time loop.
+    moving_volume : m3 that is faster than a Froude number of `MOVING` by the largest depth at the start, or
+    held at a side, in the last good state.
     """
 
     times: Array
@@ -111,6 +115,7 @@ class Result:
     wall_time: float
     cpu_time: float
     failure: Failure | None
+    moving_volume: float = 0.0
 
 
 def simulate(
@@ -212,6 +217,7 @@ def simulate(
         wall,
         cpu,
         failure,
+        moving_volume(run),
     )
 
 
@@ -224,6 +230,14 @@ def begin(scene: Scene, end: float, arrival_depth: float, skip: bool) -> Run:
             return CloudRun(scene, end, arrival_depth)
         case "collocation":
             return CollocationRun(scene, end, arrival_depth)
+
+
+def moving_volume(run: Run) -> float:
+    """Volume, m3, that is faster than ``MOVING sqrt(g h)``, h the largest depth at the start or at a side."""
+    h, u, v = run.state
+    deepest = max(float(np.max(run.scene.depth)), float(run.sides.depth.max()))
+    fast = np.hypot(u, v) > MOVING * np.sqrt(run.scene.gravity * deepest)
+    return float((np.maximum(h, 0.0) * run.scene.points.cell_area)[fast].sum())
 
 
 def fastest(run: Run) -> tuple[float, float]:

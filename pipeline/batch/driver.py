@@ -17,7 +17,7 @@ from rich.console import Console
 
 from pipeline.batch.checkpoints import EVERY_SECONDS, Checkpoints
 from pipeline.batch.compilation import compile_once, head_start
-from pipeline.batch.failures import listed
+from pipeline.batch.failures import listed, unfinished
 from pipeline.batch.interrupts import heard
 from pipeline.batch.limits import UNLIMITED, Limits
 from pipeline.batch.local_workers import workers
@@ -153,7 +153,12 @@ def complete(
         run_table.write(whole, summary_path(out))
     except OSError as error:
         ending.trouble = ending.trouble or str(error)
-    counts = Counter(Status(s) for sc in scenarios for s in zarr_store.statuses(store_path(out, sc.name)))
+    counts: Counter[Status] = Counter()
+    for scenario in scenarios:
+        found = Counter(map(Status, zarr_store.statuses(store_path(out, scenario.name)).tolist()))
+        for line in unfinished(scenario, found):
+            console.print(line, highlight=False, soft_wrap=True)
+        counts += found
     return Outcome(ending, counts, whole)
 
 

@@ -13,10 +13,10 @@ import numpy as np
 
 from pipeline.batch.checkpoints import Checkpoints
 from pipeline.batch.limits import UNLIMITED, Limits, freeze_loaded, keep_freed_memory
-from pipeline.runs import shared_points
+from pipeline.runs import ending, shared_points
 from pipeline.runs.runs import Prepared, Run, build_scene
 from pipeline.runs.shared_points import SharedPoints
-from pipeline.runs.summary import overrun, summarise
+from pipeline.runs.summary import summarise
 from pipeline.runs.template import profile_values
 from pipeline.store import zarr_store
 from pipeline.store.variables import COMPUTED, FIELDS, TIMINGS, Status, Variable
@@ -49,7 +49,7 @@ class Job:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a run: store, index, status, why it failed or how far it overran, elapsed time, s."""
+    """What became of a run: store, index, status, why it failed or is no plain end, elapsed time, s."""
 
     path: Path
     run: int
@@ -115,14 +115,7 @@ def _copied(job: Job, run: Run) -> tuple[Status, dict[str, Any]] | None:
 
 def _outcome(job: Job, run: int, status: Status, row: Mapping[str, Any]) -> Outcome:
     """Tell what became of a run by its values."""
-    return Outcome(job.path, run, status, _reason(status, row), float(row.get("wall_time", np.nan)))
-
-
-def _reason(status: Status, row: Mapping[str, Any]) -> str:
-    """Why a run failed, or how far it was overrun."""
-    if status is Status.OVERRUN:
-        return f"{100 * overrun(row):.2g} % of the volume left the domain"
-    return str(row.get("failure_reason", ""))
+    return Outcome(job.path, run, status, ending.reason(status, row), float(row.get("wall_time", np.nan)))
 
 
 def condemn(job: Job, reason: str) -> list[Outcome]:
@@ -149,7 +142,7 @@ def _compute(job: Job, run: Run, shared: SharedPoints, solve: Solve) -> tuple[St
                 keeper=None if job.checkpoints is None else job.checkpoints.of(run.index),
             )
             told += doubts(prepared.scene, result)
-        return _status(result), _row(prepared, result, most.max_wall) | _warnings(told)
+        return ending.status(result), _row(prepared, result, most.max_wall) | _warnings(told)
     except MemoryError as error:
         limit = job.limits.memory
         allowed = f"more memory than allowed: {limit:,} bytes" if limit else "out of memory"
@@ -179,12 +172,6 @@ def _told(failure: Failure, max_wall: float | None) -> str:
     return f"{reason} at t = {failure.time:.6g} s{place}"
 
 
-def _status(result: Result) -> Status:
-    if result.failure is not None:
-        return Status.FAILED
-    return Status.OVERRUN if result.ledger.outflow_open > 0 else Status.DONE
-
-
 def _row(prepared: Prepared, result: Result, max_wall: float | None) -> dict[str, Any]:
     """Values of a run by name of variable; a failed one has no summaries."""
     profile = profile_values(prepared)
@@ -197,6 +184,7 @@ def _row(prepared: Prepared, result: Result, max_wall: float | None) -> dict[str
         "volume_lost": prepared.volume_lost,
         "volume_in": result.ledger.inflow,
         "volume_out": result.ledger.outflow,
+        **ending.volumes(result),
         "volume_error": result.ledger.error,
         "steps": result.steps,
         "last_time": result.time,

@@ -18,7 +18,7 @@ SHOWN_WHERE_WIDE = ("volume_released", "volume_error", *SHOWN, "cpu_time")
 WIDE = 110
 UNITS = {v.name: v.units for v in (WEIGHT, RETURN_PERIOD, *PER_RUN)}
 ROWS = 40
-STYLES = {"failed": "red", "pending": "yellow", "done_but_overrun": "magenta"}
+STYLES = {"failed": "red", "pending": "yellow", "done": "green"}
 
 
 def runs_table(whole: pd.DataFrame, width: int) -> Table:
@@ -49,7 +49,7 @@ def _rows(whole: pd.DataFrame, wide: bool) -> Table:
         table.add_row(
             str(row["scenario"]),
             str(row["run"]),
-            f"[{STYLES.get(status, 'green')}]{_status(row)}[/]",
+            f"[{STYLES.get(status, 'magenta')}]{_status(row)}[/]",
             *([(", " if wide else "\n").join(given)] if swept else []),
             *(text(row[name]) for name in shown),
         )
@@ -57,9 +57,10 @@ def _rows(whole: pd.DataFrame, wide: bool) -> Table:
 
 
 def _status(row: Mapping[Hashable, Any]) -> str:
-    """Status in a word; of a run that was overrun, how much of the volume left too."""
-    word = str(row["status"]).rpartition("_")[2]
-    return f"{word} {100 * overrun(row):.2g} %" if word == "overrun" else word
+    """Status in a word or two; of a run that was overrun, how much of the volume left too."""
+    status = str(row["status"])
+    words = [f"overrun {100 * overrun(row):.2g} %"] if "overrun" in status else []
+    return ", ".join([*words, *(["cut off"] if "cut_off" in status else [])]) or status
 
 
 def _counts(whole: pd.DataFrame) -> Table:

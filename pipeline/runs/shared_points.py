@@ -5,7 +5,7 @@ from __future__ import annotations
 import pickle
 from collections.abc import Hashable, Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -29,28 +29,34 @@ class SharedPoints:
     """Points of all runs of a scenario.
 
     points : a lattice or a cloud. operators : what runs of a scheme need of them, by `solver.forms.key`.
-    kinds : of the runs.
+    kinds : of the runs. threshold : depth above which a cell counts as reached, m; None where each run has
+    one by its own release.
     """
 
     points: Lattice | PointCloud
     operators: dict[Hashable, Operators | None]
     kinds: frozenset[Kind]
+    threshold: float | None = None
 
 
 def share(scenario: Scenario, runs: Iterable[Run]) -> SharedPoints:
-    """Make the points of a scenario and the operators of its runs.
+    """Make the points of a scenario, the operators of its runs and their threshold.
 
     Raises
     ------
     BadInput
         If points or supports are not fit; the message names the points.
     """
+    # which makes scenes on shared points
+    from pipeline.runs.threshold import threshold
+
     try:
-        return made(scenario.settings, scenario.points, runs)
+        shared = made(scenario.settings, scenario.points, runs)
     except ValueError as error:
         document = parse(scenario.text, str(scenario.path))
         found = f"expected points that fit, found {error}"
         raise BadInput([document.mistake(("points",), found)]) from None
+    return replace(shared, threshold=threshold(scenario, shared.points))
 
 
 def made(settings: Settings, file: PointFile | None, runs: Iterable[Run]) -> SharedPoints:

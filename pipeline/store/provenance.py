@@ -15,10 +15,12 @@ from pipeline.store.storage import put
 
 # Modules of this package that turn settings into a scene, or a result into what the store holds.
 DECISIVE = (
+    "runs.ending",
     "runs.runs",
     "runs.shared_points",
     "runs.summary",
     "runs.template",
+    "runs.threshold",
     "scenario.solver_objects",
     "batch.task",
 )

@@ -22,7 +22,7 @@ from zarr.api.asynchronous import open_group
 from zarr.core.sync import sync
 
 from pipeline.store.storage import is_url, store_of
-from pipeline.store.variables import DIGEST, STATUS, TIMINGS, Status, Variable
+from pipeline.store.variables import DIGEST, LATER, STATUS, TIMINGS, Status, Variable, parameter_keys
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -103,6 +103,8 @@ def digest(values: Values) -> str:
     found = hashlib.sha256()
     for name, value in sorted(values.items()):
         array = np.asarray(value)
+        if name in LATER and not array > 0:
+            continue
         text = array.dtype.kind in "OUT"
         found.update(f"{name}\0".encode())
         found.update("\0".join(array.ravel().tolist()).encode() if text else np.ascontiguousarray(array).data)
@@ -165,7 +167,7 @@ def attributes(path: Path) -> dict[str, Any]:
 
 
 def open_store(path: Path) -> xr.Dataset:
-    """Open a store lazily, values read as they are used.
+    """Open a store lazily, values read as they are used; its parameters are in the order of the design.
 
     Raises
     ------
@@ -175,7 +177,13 @@ def open_store(path: Path) -> xr.Dataset:
     import xarray as xr
 
     opened: xr.Dataset = xr.open_zarr(store_of(path), chunks=None, consolidated=False)
-    return opened
+    # a store lists its arrays in whatever order its folders are in
+    keys = parameter_keys(json.loads(str(opened.attrs.get("scenario_content", "{}"))))
+    given = {c.attrs["key"]: name for name, c in opened.coords.items() if "key" in c.attrs}
+    names = [given[key] for key in keys if key in given]
+    ordered = opened.drop_vars(names).assign_coords({name: opened[name] for name in names})
+    ordered.set_close(opened.close)
+    return ordered
 
 
 def sweep_partials(out: Path) -> int:

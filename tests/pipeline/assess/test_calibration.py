@@ -110,7 +110,15 @@ def test_accepted_runs_narrow_the_parameters(made, outline):
     [
         ("x,z\n1,2\n", "expected x, y and perhaps depth"),
         ("x,y\n1,2\n3,4\n", "expected 3 or more corners of an outline, found 2"),
-        ("x,y\n100,1\n101,1\n101,2\n", "no cell of synthetic is part of the deposit"),
+        ("x,y\n1,1\n1.1,1\n1.1,1.1\n", "no cell of synthetic is part of the deposit"),
+        ("x,y\n2700100,1\n2700101,1\n2700101,2\n", "is outside the domain of synthetic, x -1 to 10 m"),
+        (
+            "x,y\n2,0\n12,0\n12,4\n2,4\n",
+            "20 % of the observed deposit, x 2 to 12 m and y 0 to 4 m",
+        ),
+        ("x,y,depth\n8,1,0.5\n9,1,0.5\n14,1,0.5\n", "33 % of the observed deposit"),
+        ("x,y,depth\n20,1,0\n21,1,0\n", "expected places in the domain of synthetic, found none"),
+        ("x,y,depth\n1,1,2\n2,1,-9999\n", "expected depths of at least 0 m, found -9999 in 1 of 2 places"),
         ("x,y,depth\n1,2,nan\n", "expected finite numbers"),
         ("x,y\n1,a\n", "expected x, y and perhaps depth"),
     ],

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pipeline.assess.statistics import Values
+from pipeline.assess.probability import Values
 
 NO = np.zeros(5, bool)
 FIFTHS = np.full(5, 0.2)
@@ -34,10 +34,11 @@ def test_weights_count():
 
 def test_bounds_of_a_quantile_put_what_is_not_known_below_or_above_all():
     found = values(1.0, 2.0, 3.0, 4.0, np.nan).quantile([0.5, 0.9])
-    assert found.estimate.tolist() == [2, 4]
     assert found.lower.tolist() == [2, 4]
-    assert found.upper.tolist()[0] == 3
-    assert np.isnan(found.upper[1])
+    assert found.upper.tolist() == [3, np.inf]
+    # nothing is said of the runs that are left where those that are not could change it without a limit
+    assert found.estimate[0] == 2
+    assert np.isnan(found.estimate[1])
 
 
 def test_without_a_run_nothing_is_known():
