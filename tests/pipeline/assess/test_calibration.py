@@ -128,3 +128,17 @@ def test_an_observation_that_cannot_be_used_is_told(made, tmp_path, text, messag
     path.write_text(text)
     with pytest.raises(ObservationError, match=message):
         read(path, made, 0.1)
+
+
+def test_the_deposit_of_a_run_itself_is_met_whatever_film_lies_around_it(made, tmp_path):
+    film = made["deposit_depth"].where(made["deposit_depth"] > 0, 0.05)
+    made = made.assign(deposit_depth=film)
+    x, y = np.meshgrid(made["x"], made["y"])
+    depth = film[2].to_numpy()
+    rows = pd.DataFrame({"x": x.ravel(), "y": y.ravel(), "depth": depth.ravel()})
+    for name, kept in (("whole", rows), ("deposit", rows[rows["depth"] > 0.1])):
+        path = tmp_path / f"{name}.csv"
+        kept.to_csv(path, index=False)
+        best = score(made, read(path, made, 0.1), 0.1).iloc[0]
+        assert (best["run"], best["critical_success_index"]) == (2, 1)
+        assert (best["volume_misfit"], best["depth_rmse"]) == (0, 0)

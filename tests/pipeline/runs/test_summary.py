@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from pipeline.runs.summary import summarise
+from pipeline.runs.summary import overrun, summarise
 from pipeline.store.variables import SUMMARIES
 from solver.points.lattice import Lattice
 
@@ -60,3 +60,8 @@ def test_the_crown_is_the_highest_point_of_the_release():
 def test_no_deposit_has_no_place_but_an_area_of_zero():
     found = summaries(np.zeros(LATTICE.shape), box((1, 2), (0, 0), 1.0))
     assert found == {"deposit_area": 0, "deposit_volume": 0, "peak_depth": 1, "peak_speed": 12}
+
+
+def test_what_overran_is_what_left_open_sides():
+    row = {"volume_out": 3.0, "volume_out_open": 1.0, "volume_released": 8.0, "volume_in": 2.0}
+    assert overrun(row) == 0.1
