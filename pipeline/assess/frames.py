@@ -28,6 +28,13 @@ def space(store: xr.Dataset) -> list[str]:
     return ["point"] if "point" in store.dims else ["y", "x"]
 
 
+def threshold_of(store: xr.Dataset) -> float | None:
+    """Depth above which a cell of a store counts as reached or as deposit, m; None where it has no one."""
+    given = json.loads(store.attrs.get("scenario_content", "{}")).get("output", {}).get("threshold")
+    held = store.attrs.get("threshold", given)
+    return None if held is None else float(held)
+
+
 def follow(store: xr.Dataset, threshold: float | None = None) -> xr.Dataset:
     """Follow the flow through the frames of a store.
 
@@ -48,7 +55,7 @@ def follow(store: xr.Dataset, threshold: float | None = None) -> xr.Dataset:
     """
     depth, over = store["depth"], space(store)
     if threshold is None:
-        threshold = json.loads(store.attrs["scenario_content"])["output"]["threshold"]
+        threshold = threshold_of(store)
     if threshold is None:
         threshold = DEFAULT_THRESHOLD * float(depth.isel(time=0).max())
     body, known = depth > threshold, depth.notnull().any(over)

@@ -17,7 +17,7 @@ from rich.console import Console
 
 from pipeline.batch.checkpoints import EVERY_SECONDS, Checkpoints
 from pipeline.batch.compilation import compile_once, head_start
-from pipeline.batch.failures import AGAIN, Failed, failed, listed, told_again
+from pipeline.batch.failures import AGAIN, Failed, failed, listed, told_again, unfinished
 from pipeline.batch.interrupts import heard
 from pipeline.batch.limits import UNLIMITED, Limits
 from pipeline.batch.local_workers import workers
@@ -162,7 +162,12 @@ def complete(
     for name, rows in whole.groupby("scenario", sort=False):
         if note := profile_ends.note(profile_ends.count(rows["warning"])):
             console.print(f"{name}: {len(rows):,} runs{note}", highlight=False)
-    counts = Counter(Status(s) for sc in scenarios for s in zarr_store.statuses(store_path(out, sc.name)))
+    counts: Counter[Status] = Counter()
+    for scenario in scenarios:
+        found = Counter(map(Status, zarr_store.statuses(store_path(out, scenario.name)).tolist()))
+        for line in unfinished(scenario, found):
+            console.print(line, highlight=False, soft_wrap=True)
+        counts += found
     return Outcome(ending, counts, whole)
 
 

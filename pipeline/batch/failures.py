@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -65,6 +65,26 @@ def told_again(runs: Sequence[Failed]) -> Iterator[str]:
     yield from _more(len(runs))
     if runs:
         yield f"{len(runs)} failed; {AGAIN}"
+
+
+def unfinished(scenario: Scenario, counts: Mapping[Status, int]) -> Iterator[str]:
+    """Say how many runs of a scenario are no plain ends, by the number of runs of each status."""
+    planned = sum(counts.values())
+    cut_off = sum(n for status, n in counts.items() if status.is_cut_off)
+    lost = sum(n for status, n in counts.items() if status.is_overrun)
+    if cut_off:
+        end = scenario.settings.time.end
+        when = "the latest end" if end is None else f"time.end ({end:g} s)"
+        advice = "give a later time.end" if end is None else "make time.end later, or leave it out"
+        yield (
+            f"{scenario.name}: {cut_off} of {planned} runs still moved at {when}; how far they reach is a "
+            f"lower bound: {advice}"
+        )
+    if lost:
+        yield (
+            f"{scenario.name}: {lost} of {planned} runs lost material through an open side; how far they "
+            "reach is a lower bound: make the domain larger, or leave it out"
+        )
 
 
 def place(scenario: Scenario, run: int) -> str:

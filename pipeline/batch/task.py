@@ -10,11 +10,11 @@ import numpy as np
 
 from pipeline.batch.checkpoints import Checkpoints
 from pipeline.batch.limits import UNLIMITED, Limits, freeze_loaded, keep_freed_memory
-from pipeline.runs import shared_points
+from pipeline.runs import ending, shared_points
 from pipeline.runs.run import Run
 from pipeline.runs.scene_of_run import compute
 from pipeline.runs.shared_points import SharedPoints
-from pipeline.runs.stored_values import implausible, reason, stored, warned
+from pipeline.runs.stored_values import implausible, stored, warned
 from pipeline.store import zarr_store
 from pipeline.store.storage import Location
 from pipeline.store.variables import COMPUTED, TIMINGS, Status, Variable
@@ -47,7 +47,7 @@ class Job:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a run: store, index, status, why it failed or how far it overran, elapsed time, s."""
+    """What became of a run: store, index, status, why it failed or is no plain end, elapsed time, s."""
 
     path: Location
     run: int
@@ -113,7 +113,7 @@ def _copied(job: Job, run: Run) -> tuple[Status, dict[str, Any]] | None:
 
 def _outcome(job: Job, run: int, status: Status, row: Mapping[str, Any]) -> Outcome:
     """Tell what became of a run by its values."""
-    return Outcome(job.path, run, status, reason(status, row), float(row.get("wall_time", np.nan)))
+    return Outcome(job.path, run, status, ending.reason(status, row), float(row.get("wall_time", np.nan)))
 
 
 def condemn(job: Job, reason: str) -> list[Outcome]:

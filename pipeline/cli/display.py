@@ -148,9 +148,9 @@ def _status(row: Mapping[Hashable, Any]) -> str:
     from pipeline.runs.summary import overrun
 
     status = str(row["status"])
-    words = status.removeprefix("done_but_").replace("_", " ")
-    share = f" {100 * overrun(row):.2g} %" if "overrun" in words else ""
-    return f"[{STYLES.get(status, OTHER_STYLE)}]{words}{share}[/]"
+    words = [f"overrun {100 * overrun(row):.2g} %"] if "overrun" in status else []
+    shown = ", ".join([*words, *(["cut off"] if "cut_off" in status else [])]) or status
+    return f"[{STYLES.get(status, OTHER_STYLE)}]{shown}[/]"
 
 
 def _ranges(table: pd.DataFrame) -> Table:

@@ -161,7 +161,7 @@ def _rows(
 ) -> Iterator[tuple[MultiPolygon, dict[str, Any]]]:
     runs = {
         "runs": found.attrs["comment"],
-        "runs_done": found.attrs["runs_done"] + found.attrs["runs_overrun"],
+        "runs_done": found.attrs["runs_done"],
         "runs_planned": found.attrs["runs_planned"],
     }
     for layer in layers(found):

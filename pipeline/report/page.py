@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from pipeline.assess.ensemble import NotTogetherError
+from pipeline.assess.ensemble import NotTogetherError, computed
 from pipeline.assess.georeference import Frame
 from pipeline.hazard.layers import Layer, layers
 from pipeline.hazard.map_files import ground
@@ -25,7 +25,6 @@ from pipeline.report.tables import TABLES, Table, what_matters
 from pipeline.store import storage
 from pipeline.store.place import indices_path, store_path, store_paths
 from pipeline.store.storage import Location
-from pipeline.store.variables import COMPUTED
 from pipeline.store.zarr_store import open_store
 
 TEMPLATE = "report.html"
@@ -151,8 +150,9 @@ def _maps(found: xr.Dataset, frame: Frame | None) -> tuple[list[Picture], list[P
     """Draw the maps: those that say most, and the others."""
     held = {layer.name: layer for layer in layers(found)}
     wanted: list[str] = [name for name in ("hazard_level", "intensity") if name in held]
+    wanted += [name for name in held if name.startswith("intensity_")]
     wanted += [name for name, layer in held.items() if layer.threshold is not None][:1]
-    wanted += [name for name in ("arrival_time",) if name in held]
+    wanted += [name for name in ("arrival_rate", "arrival_time") if name in held]
     others = [name for name in held if name not in wanted and held[name].kind == "share"]
     with tempfile.TemporaryDirectory() as folder:
         pictures = [_picture(held[name], found, frame, Path(folder)) for name in (*wanted, *others)]
@@ -166,14 +166,14 @@ def _picture(layer: Layer, found: xr.Dataset, frame: Frame | None, folder: Path)
 
 def _median(store: xr.Dataset) -> int | None:
     """Position of the computed run whose run-out is the median; of any computed one where none has one."""
-    computed = np.flatnonzero(store["status"].isin(COMPUTED).to_numpy())
-    if not computed.size:
-        return None
-    reach = store["runout_distance"].to_numpy()[computed]
-    known = np.flatnonzero(~np.isnan(reach))
+    known = np.flatnonzero(computed(store))
     if not known.size:
-        return int(computed[0])
-    return int(computed[known[np.argsort(reach[known], kind="stable")[(len(known) - 1) // 2]]])
+        return None
+    reach = store["runout_distance"].to_numpy()[known]
+    deposits = np.flatnonzero(~np.isnan(reach))
+    if not deposits.size:
+        return int(known[0])
+    return int(known[deposits[np.argsort(reach[deposits], kind="stable")[(len(deposits) - 1) // 2]]])
 
 
 def _uri(content: bytes, kind: str) -> str:

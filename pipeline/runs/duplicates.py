@@ -12,6 +12,7 @@ from pipeline.scenario.scenario import Scenario
 from pipeline.scenario.sweep import assign
 from pipeline.settings.sample import Discrete
 from pipeline.settings.settings import OF_ALL_RUNS
+from pipeline.store import zarr_store
 from pipeline.store.place import store_path
 from pipeline.store.storage import Location
 
@@ -47,6 +48,8 @@ def copies(scenarios: Sequence[Scenario], out: Location) -> dict[Location, dict[
         data = _plain(json.loads(scenario.content))
         data = {name: value for name, value in data.items() if name not in _ELSEWHERE}
         data["domain"] = _plain(scenario.settings.bounds.model_dump(mode="json"))
+        # one of all runs, which is in the store by now
+        data["output"] = data["output"] | {"threshold": zarr_store.attributes(path).get("threshold")}
         for i in range(len(runs)):
             place = path, i
             source = first.setdefault(_digest(data, runs, i), place)

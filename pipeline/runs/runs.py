@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from typing import overload
 
 from pipeline.mistakes import BadInput
@@ -62,16 +63,20 @@ def expand(scenario: Scenario) -> Runs:
 
 
 def share(scenario: Scenario, runs: Iterable[Run]) -> SharedPoints:
-    """Make the points of a scenario and the operators of its runs.
+    """Make the points of a scenario, the operators of its runs and their threshold.
 
     Raises
     ------
     BadInput
         If points or supports are not fit; the message names the points.
     """
+    # which makes scenes on shared points
+    from pipeline.runs.threshold import threshold
+
     try:
-        return made(scenario.settings, scenario.points, runs)
+        shared = made(scenario.settings, scenario.points, runs)
     except ValueError as error:
         document = parse(scenario.text, str(scenario.path))
         found = f"expected points that fit, found {error}"
         raise BadInput([document.mistake(("points",), found)]) from None
+    return replace(shared, threshold=threshold(scenario, shared.points))

@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from solver.scene import Scene
 
 DEFAULT_FRAMES = 10
+# time between frames where no end is given, as a share of the latest end
+EARLY = 0.01
 DEFAULT_THRESHOLD = 0.01
 _ROUND_OFF = 1e-9
 
@@ -53,8 +55,13 @@ class Prepared:
 
 
 def output_times(settings: Settings) -> NDArray[np.float64]:
-    """Give the output times 0, every, 2 every, ... and always the end, shape (nt,), s."""
-    end = settings.time.end
+    """Give the output times 0, every, 2 every, ... and always the end, shape (nt,), s.
+
+    Without an end most of them are early, as runs are at rest long before the latest one.
+    """
+    end = settings.latest_end
+    if settings.time.end is None and settings.time.output_every is None:
+        return np.array([*(EARLY * end * np.arange(DEFAULT_FRAMES + 1)), end])
     every = settings.time.output_every or end / DEFAULT_FRAMES
     # a multiple that misses the end by round-off is the end
     whole = int(np.ceil(end / every * (1 - _ROUND_OFF)))
@@ -90,7 +97,9 @@ def build_scene(run: Run, shared: SharedPoints) -> Prepared:
         scene=scene,
         terrain=terrain,
         times=output_times(settings),
-        threshold=settings.output.threshold or DEFAULT_THRESHOLD * float(laid.depth.max()),
+        threshold=settings.output.threshold
+        or shared.threshold
+        or DEFAULT_THRESHOLD * float(laid.depth.max()),
         stop_at_rest=settings.time.stop_at_rest,
         volume_asked=laid.volume_asked,
         volume_laid=laid.volume,

@@ -26,12 +26,14 @@ class SharedPoints:
     """Points of all runs of a scenario.
 
     points : a lattice or a cloud. operators : what runs of a scheme need of them, by `solver.forms.key`.
-    kinds : of the runs.
+    kinds : of the runs. threshold : depth above which a cell counts as reached, m; None where each run has
+    one by its own release.
     """
 
     points: Lattice | PointCloud
     operators: dict[Hashable, Operators | None]
     kinds: frozenset[Kind]
+    threshold: float | None = None
 
 
 def made(settings: Settings, file: PointFile | None, runs: Iterable[Run]) -> SharedPoints:

@@ -6,7 +6,7 @@ What this module imports, beside what decides the run, is what the hash of summa
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import lru_cache
 from typing import Any
@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.runs import profile_ends
+from pipeline.runs import ending, profile_ends
 from pipeline.runs.scene_of_run import Prepared
-from pipeline.runs.summary import overrun, summarise
+from pipeline.runs.summary import summarise
 from pipeline.store.variables import FIELDS, Status
 from solver.checks.plausibility import doubts
 from solver.physics.terrain import SlopeProfile
@@ -42,7 +42,7 @@ def stored(
         The run's own limit of elapsed time, s, which a failure names.
     """
     warned = {"warnings": len(told), "warning": "; ".join(dict.fromkeys(told))}
-    return _status(result), _row(prepared, result, max_wall) | warned
+    return ending.status(result), _row(prepared, result, max_wall) | warned
 
 
 def implausible(prepared: Prepared, result: Result) -> list[str]:
@@ -59,13 +59,6 @@ def profile_values(prepared: Prepared) -> dict[str, NDArray[np.float64]]:
 def _profile_values(terrain: SlopeProfile, points: Lattice | PointCloud) -> dict[str, NDArray[np.float64]]:
     x = points.x_points if isinstance(points, Lattice) else points.coordinates[0]
     return {"elevation": terrain.elevation(x), "horizontal_distance": terrain.horizontal_distance(x)}
-
-
-def reason(status: Status, row: Mapping[str, Any]) -> str:
-    """Why a run failed, or how far it was overrun."""
-    if status is Status.OVERRUN:
-        return f"{100 * overrun(row):.2g} % of the volume left the domain"
-    return str(row.get("failure_reason", ""))
 
 
 @contextmanager
@@ -85,12 +78,6 @@ def _told(failure: Failure, max_wall: float | None) -> str:
     return f"{reason} at t = {failure.time:.6g} s{place}"
 
 
-def _status(result: Result) -> Status:
-    if result.failure is not None:
-        return Status.FAILED
-    return Status.OVERRUN if result.ledger.outflow_open > 0 else Status.DONE
-
-
 def _row(prepared: Prepared, result: Result, max_wall: float | None) -> dict[str, Any]:
     """Values of a run by name of variable; a failed one has no summaries."""
     profile = profile_values(prepared)
@@ -103,6 +90,7 @@ def _row(prepared: Prepared, result: Result, max_wall: float | None) -> dict[str
         "volume_lost": prepared.volume_lost,
         "volume_in": result.ledger.inflow,
         "volume_out": result.ledger.outflow,
+        **ending.volumes(result),
         "volume_error": result.ledger.error,
         "steps": result.steps,
         "last_time": result.time,

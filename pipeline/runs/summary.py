@@ -17,8 +17,10 @@ _ROUND_OFF = 1e-9
 
 
 def overrun(row: Mapping[Any, Any]) -> float:
-    """Share of the volume, released or come in, that left through the boundaries."""
-    return float(row["volume_out"] / (row["volume_released"] + row["volume_in"]))
+    """Share of the volume, released or come in, that left through open sides."""
+    # a store that was made before has what left through all sides alone
+    lost = row.get("volume_out_open", row["volume_out"])
+    return float(lost / (row["volume_released"] + row["volume_in"]))
 
 
 def summarise(

@@ -73,7 +73,7 @@ def template(scenario: Scenario, runs: Runs, shared: SharedPoints) -> Template:
         ),
         sizes={"run": len(runs), "time": len(times), **sizes},
         group=group_size(len(runs), seconds(prepared), run_bytes((frames, *points.shape))),
-        attributes=attributes(scenario),
+        attributes={**attributes(scenario), "threshold": prepared.threshold},
     )
 
 

@@ -76,7 +76,10 @@ def weights(settings: Settings) -> Array:
 
 def return_periods(settings: Settings) -> Array | None:
     """Give the return period of each run, shape (runs,), years; None where there are none."""
-    return None if settings.return_periods is None else _numbers(settings, settings.return_periods)
+    periods = settings.return_periods
+    if isinstance(periods, int | float):
+        return np.full(settings.run_count, float(periods))
+    return None if periods is None else _numbers(settings, periods)
 
 
 def _numbers(settings: Settings, given: tuple[float, ...] | Mapping[str, tuple[float, ...]]) -> Array:

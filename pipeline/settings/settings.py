@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import prod
+from math import ceil, floor, log10, prod, sqrt
 from typing import Annotated, Any, Literal, get_args
 
 from pydantic import Discriminator, Field, Tag, model_validator
@@ -67,13 +67,16 @@ class Boundaries(Section):
 class Time(Section):
     """How long, and how often frames are kept."""
 
-    end: Positive = key(
-        "time to stop at",
+    end: Positive | None = key(
+        "time to stop at. Default: once everything is at rest, at the latest 200 sqrt(L/g), L the longer "
+        "side of the domain and g gravity",
         "s",
-        advice="Long enough for everything to come to rest: with `stop_at_rest` a run ends by itself before.",
+        None,
+        advice="Leave it out where results are assessed: what still moves at the end is told as cut off.",
     )
     output_every: Positive | None = key(
-        "time between frames, from 0; the end always is one. Default: a tenth of `end`",
+        "time between frames, from 0; the end always is one. Default: a tenth of `end`; without one ten of "
+        "2 sqrt(L/g)",
         "s",
         None,
         advice="Maxima, arrival and deposit do not depend on it.",
@@ -88,6 +91,10 @@ class Time(Section):
 
     @model_validator(mode="after")
     def _within(self) -> Time:
+        if self.end is None:
+            if not self.stop_at_rest:
+                raise relation("expected a time, as runs do not stop at rest", "end", "stop_at_rest")
+            return self
         every = self.output_every or self.end
         if every > self.end:
             raise relation(f"expected at most end ({self.end:g}), found {every:g}", "output_every", "end")
@@ -134,6 +141,22 @@ Numbers = Annotated[
 ]
 
 
+def _one_or_several(value: Any) -> str:
+    return "all" if isinstance(value, int | float) else _per_run_or_lists(value)
+
+
+# one for all runs, or as above
+Periods = Annotated[
+    Annotated[Positive, Tag("all")]
+    | Annotated[_Several, Tag("runs")]
+    | Annotated[dict[str, _Several], Tag("lists")],
+    Discriminator(_one_or_several),
+]
+
+# Latest end of runs that go on to rest, in times sqrt(L/g); Voellmy films creep for the longest of it.
+LATEST = 200
+
+
 OF_ALL_RUNS = {"sweep", "sample", "weights", "return_periods", "receptors", "georeference", "hazard"}
 
 
@@ -158,7 +181,7 @@ class Settings(Section):
     material: Material = key("friction and earth pressure")
     boundaries: Boundaries = key("what stands at each side", default=Boundaries())
     scheme: AnyScheme = key("numerical choices", default=DEFAULT_SCHEME)
-    time: Time = key("duration and frames")
+    time: Time = key("duration and frames", default=Time())
     output: Output = key("what is kept", default=Output())
     sweep: dict[str, Annotated[tuple[Scalar, ...], Field(min_length=1)]] = key(
         "lists of values by dotted key (`material.bed_friction`, `release.0.volume`); "
@@ -171,8 +194,9 @@ class Settings(Section):
         "by key of the sweep with one an entry, which multiply. Default: all equally",
         default=None,
     )
-    return_periods: Numbers | None = key(
-        "mean time between events like that of a run: a list with one a run, or one list by key of the sweep",
+    return_periods: Periods | None = key(
+        "mean time between events like that of a run: one number for all runs, a list with one a run, or one "
+        "list by key of the sweep",
         "years",
         None,
     )
@@ -221,9 +245,22 @@ class Settings(Section):
     @model_validator(mode="after")
     def _weighted(self) -> Settings:
         self._check_numbers("weights", self.weights)
-        self._check_numbers("return_periods", self.return_periods)
+        if not isinstance(self.return_periods, int | float):
+            self._check_numbers("return_periods", self.return_periods)
         if isinstance(self.return_periods, dict) and len(self.return_periods) != 1:
             raise relation(f"expected one list, found {len(self.return_periods)}", "return_periods")
+        return self
+
+    @model_validator(mode="after")
+    def _timed(self) -> Settings:
+        if self.time.end is None and "gravity" in self.varied:
+            raise relation("expected a time, as gravity differs between the runs", "time.end", "gravity")
+        if self.time.end is None and self.time.output_every is not None and self.domain is not None:
+            frames = self.latest_end / self.time.output_every
+            if not 1 <= frames <= MOST_FRAMES:
+                expected = f"expected 1 to {MOST_FRAMES:,} frames until {self.latest_end:g} s"
+                found = f"{expected}, found {frames:.3g}"
+                raise relation(found, "time.output_every", "time.end", "domain")
         return self
 
     @model_validator(mode="after")
@@ -271,6 +308,17 @@ class Settings(Section):
         """File of the elevation table, where the terrain is read from one."""
         found: str | None = getattr(self.terrain, "file", None)
         return found
+
+    @property
+    def latest_end(self) -> float:
+        """Time that runs end at, at rest or not, s; it takes a domain where ``time.end`` is left out."""
+        if self.time.end is not None:
+            return self.time.end
+        length = max(high - low for low, high in (self.bounds.x, self.bounds.y))
+        latest = LATEST * sqrt(length / self.gravity)
+        # two digits are enough, and are read more easily
+        step = 10.0 ** (floor(log10(latest)) - 1)
+        return ceil(latest / step) * step
 
     @property
     def releases(self) -> tuple[AnyRelease, ...]:

@@ -48,7 +48,7 @@ class Template:
     coordinates: tuple[tuple[Variable, NDArray[Any]], ...]
     sizes: Mapping[str, int]
     group: int
-    attributes: Mapping[str, str]
+    attributes: Mapping[str, str | float]
 
     def __post_init__(self) -> None:
         assert self.variables[-2:] == (DIGEST, STATUS), "status is written last, after the digest"

@@ -20,7 +20,7 @@ from zarr.core.sync import sync
 
 from pipeline.store.place import ROOT, not_a_store
 from pipeline.store.storage import Location, store_of
-from pipeline.store.variables import DIGEST, PER_RUN, STATUS, TIMINGS, Status, Variable
+from pipeline.store.variables import DIGEST, LATER, PER_RUN, STATUS, TIMINGS, Status, Variable, parameter_keys
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -101,6 +101,8 @@ def digest(values: Values) -> str:
     found = hashlib.sha256()
     for name, value in sorted(values.items()):
         array = np.asarray(value)
+        if name in LATER and not array > 0:
+            continue
         text = array.dtype.kind in "OUT"
         found.update(f"{name}\0".encode())
         found.update("\0".join(array.ravel().tolist()).encode() if text else np.ascontiguousarray(array).data)
@@ -190,7 +192,7 @@ def attributes(path: Location) -> dict[str, Any]:
 
 
 def open_store(path: Location) -> xr.Dataset:
-    """Open a store lazily, values read as they are used.
+    """Open a store lazily, values read as they are used; its parameters are in the order of the design.
 
     Variables per run that are younger than the store are missing in every run.
 
@@ -203,9 +205,16 @@ def open_store(path: Location) -> xr.Dataset:
         raise FileNotFoundError(not_a_store(path))
     import xarray as xr
 
-    opened: xr.Dataset = xr.open_zarr(store_of(path), chunks=None, consolidated=False)
-    if STATUS.name not in opened:
-        return opened
-    younger = [variable for variable in PER_RUN if variable.name not in opened]
-    empty = {v.name: np.full(opened.sizes["run"], "" if v.dtype == "string" else np.nan) for v in younger}
-    return opened.assign({v.name: (v.dims, empty[v.name], v.cf_attributes) for v in younger})
+    found: xr.Dataset = xr.open_zarr(store_of(path), chunks=None, consolidated=False)
+    if STATUS.name not in found:
+        return found
+    younger = [variable for variable in PER_RUN if variable.name not in found]
+    empty = {v.name: np.full(found.sizes["run"], "" if v.dtype == "string" else np.nan) for v in younger}
+    opened = found.assign({v.name: (v.dims, empty[v.name], v.cf_attributes) for v in younger})
+    # a store lists its arrays in whatever order its folders are in
+    keys = parameter_keys(json.loads(str(opened.attrs.get("scenario_content", "{}"))))
+    given = {c.attrs["key"]: name for name, c in opened.coords.items() if "key" in c.attrs}
+    names = [given[key] for key in keys if key in given]
+    ordered = opened.drop_vars(names).assign_coords({name: opened[name] for name in names})
+    ordered.set_close(found.close)
+    return ordered

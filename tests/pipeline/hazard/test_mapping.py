@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 from pipeline.assess import ensemble as ensembles
 from pipeline.assess.ensemble import NotTogetherError, counts, ensemble, together
-from pipeline.assess.exceedance import quantiles
+from pipeline.assess.probability import BOUNDS, quantiles
 from pipeline.cli.app import app
 from pipeline.hazard.intensity import UNKNOWN
 from pipeline.hazard.mapping import FILE, map_hazard, write
@@ -140,7 +140,7 @@ def test_a_batch_with_failed_and_overrun_runs_has_the_right_bounds(scenario_file
             held = [float(where[name].sel(depth_threshold=threshold)) for name in bounds]
             assert held == pytest.approx(expected, abs=1e-6)
         assert found["depth_exceedance"].attrs["units"] == "1"
-        assert (found.attrs["runs_planned"], found.attrs["runs_done"]) == (5, 2)
+        assert (found.attrs["runs_planned"], found.attrs["runs_done"]) == (5, 3)
         assert found["intensity"].attrs["flag_meanings"] == "none weak medium strong"
 
 
@@ -175,10 +175,11 @@ def test_quantiles_are_those_of_the_runs_repeated(weights):
     values = random.random((40, 7)).astype(np.float32)
     count = np.ones(40, int) if weights == "equal" else random.integers(0, 5, 40)
     runs = ensemble(store(values, weight=count))
-    found = quantiles(runs["max_depth"], [0.1, 0.5, 0.9, 1.0], runs).squeeze("y")
+    found = quantiles(runs["max_depth"], [0.1, 0.5, 0.9, 1.0], runs)
     repeated = np.repeat(values, count, axis=0)
     expected = np.quantile(repeated, [0.1, 0.5, 0.9, 1.0], axis=0, method="inverted_cdf")
-    np.testing.assert_array_equal(found, expected)
+    for bound in BOUNDS:
+        np.testing.assert_array_equal(found[bound].squeeze("y"), expected)
 
 
 class TestIntensity:
@@ -302,7 +303,12 @@ def test_counts_say_what_became_of_runs():
         "runs_overrun": 0,
         "runs_failed": 1,
         "runs_pending": 0,
+        "runs_cut_off": 0,
     }
+    states = [Status.DONE, Status.OVERRUN, Status.CUT_OFF, Status.OVERRUN_AND_CUT_OFF, Status.FAILED]
+    some = counts(store([[1.0]] * 5, status=states))
+    assert str(some) == "2 of 5 runs done (2 overrun, 2 still moving at time.end, 1 failed)"
+    assert (some.planned, some.computed) == (5, 4)
 
 
 MEMORY = """
