@@ -80,24 +80,23 @@ class CloudRun(Run):
     @property
     def arrays(self) -> CloudArrays:
         """What the kernels read and write."""
-        first, second = self.stages
         tables = self.operators.tables
         return CloudArrays(
-            self.now,
-            first,
-            second,
-            self.status,
-            self.bed,
-            self.material,
-            self.sides,
-            self.area,
-            tables.widths,
-            self.faces,
-            tables.gradient,
-            tables.blocks,
-            self.activity,
-            self.buffers,
-            self.record,
+            now=self.now,
+            first_stage=self.stages[0],
+            second_stage=self.stages[1],
+            status=self.status,
+            bed=self.bed,
+            material=self.material,
+            sides=self.sides,
+            area=self.area,
+            widths=tables.widths,
+            faces=self.faces,
+            gradient=tables.gradient,
+            blocks=tables.blocks,
+            activity=self.activity,
+            buffers=self.buffers,
+            record=self.record,
         )
 
     def _advance(self, target: float, max_steps: int) -> int:

@@ -3,89 +3,17 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
 from solver.arrays import Array, Indices
+from solver.collocation.arrays import Images, Momenta, Open, Scratch
 from solver.collocation.operators import Stencils
 from solver.compiled import ONE, kernel
 from solver.kernels.boundary import account
 from solver.kernels.earth_pressure import earth_pressure
 from solver.kernels.source_terms import update_cell
 from solver.kernels.state import CloudBed, Fields, Material
-
-
-class Images(NamedTuple):
-    """How images mirror the velocities of their points.
-
-    Attributes
-    ----------
-    owner
-        (points and images,), number of each point itself, of each image its point's.
-    sign
-        (images, 2), factor of either component.
-    outward
-        (images, 2), 1 where the component is first made positive.
-    """
-
-    owner: Indices
-    sign: Array
-    outward: Indices
-
-
-class Momenta(NamedTuple):
-    """Depth (m) and momentum (m2 s-1) of points and images, flat arrays."""
-
-    h: Array
-    hu: Array
-    hv: Array
-
-
-class Open(NamedTuple):
-    """What open sides let out: pairs of a point and an image beyond an open side, as `open_sides` lists them.
-
-    Attributes
-    ----------
-    point, image, side
-        (m,).
-    weight
-        (m, 2), of the momentum of both along and across, m.
-    """
-
-    point: Indices
-    image: Indices
-    side: Indices
-    weight: Array
-
-
-class Scratch(NamedTuple):
-    """Scratch arrays of a run.
-
-    Attributes
-    ----------
-    start
-        State at the start of the step.
-    q
-        State after a stage; where nothing is chosen, that in force.
-    change
-        What relaxation makes of it.
-    gains
-        (n, 5), filled by `derivatives`.
-    beta
-        (n, 2), g cos(xi) K (eq. 7) along x and y, m s-2.
-    mark, flag, chosen
-        (n,).
-    """
-
-    start: Fields
-    q: Momenta
-    change: Momenta
-    gains: Array
-    beta: Array
-    mark: Indices
-    flag: Indices
-    chosen: Indices
 
 
 @kernel()

@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 from solver.arrays import Array
-from solver.collocation.operators import Stencils
-from solver.collocation.relaxation import Relaxation, relax
+from solver.collocation.arrays import CollocationArrays
+from solver.collocation.relaxation import relax
 from solver.collocation.residual import (
-    Images,
-    Open,
-    Scratch,
     account_open,
     choose,
     derivatives,
@@ -20,35 +15,9 @@ from solver.collocation.residual import (
     velocities,
 )
 from solver.compiled import ZERO, kernel
-from solver.kernels.record import Record, record_cells
+from solver.kernels.record import record_cells
 from solver.kernels.runge_kutta import AT_REST, CONTINUE, NOT_FINITE, Limits, Progress, march
-from solver.kernels.state import CloudBed, Fields, Material
-
-
-class CollocationArrays(NamedTuple):
-    """What the kernels of a run read and write.
-
-    Attributes
-    ----------
-    coordinates, area
-        Of points and images, as of `CollocationOperators`.
-    film, around
-        As `velocities` takes them.
-    """
-
-    now: Fields
-    coordinates: Array
-    area: Array
-    stencils: Stencils
-    images: Images
-    open: Open
-    bed: CloudBed
-    material: Material
-    relaxation: Relaxation
-    film: float
-    around: int
-    scratch: Scratch
-    record: Record
+from solver.kernels.state import Fields
 
 
 @kernel()
@@ -88,17 +57,15 @@ def take_stage(
     arrays: CollocationArrays, count: int, k: int, part: float, share: float, dt: float, progress: Progress
 ) -> int:
     """Take the k-th stage; the first one finds the derivatives there."""
-    now, stencils, images, scratch = arrays.now, arrays.stencils, arrays.images, arrays.scratch
-    bed, dry = arrays.bed, arrays.material.dry
+    now, scratch, material = arrays.now, arrays.scratch, arrays.material
     if k > 0:
         count = differentiate(arrays, count)
     account_open(now, arrays.open, share * dt, progress.ledger)
-    update(now, scratch.chosen[:count], bed, arrays.material, part, dt, scratch)
+    update(now, scratch.chosen[:count], arrays.bed, material, part, dt, scratch)
     progress.cell_stages[0] += count
-    count = relax(
-        count, arrays.coordinates, arrays.area, stencils, images, bed, dry, arrays.relaxation, scratch
-    )
-    velocities(scratch.q, scratch.chosen[:count], stencils, dry, arrays.film, arrays.around, now)
+    count = relax(arrays, count)
+    chosen, film = scratch.chosen[:count], arrays.film
+    velocities(scratch.q, chosen, arrays.stencils, material.dry, film, arrays.around, now)
     return count
 
 

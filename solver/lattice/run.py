@@ -177,20 +177,19 @@ class LatticeRun(Run):
     @property
     def arrays(self) -> LatticeArrays:
         """What the kernels read and write."""
-        first, second = self.stages
         return LatticeArrays(
-            self.now,
-            first,
-            second,
-            self.status,
-            self.bed,
-            self.material,
-            self.window_sides,
-            self.grid,
-            self.spans,
-            self.inner,
-            self.buffers,
-            self.record,
+            now=self.now,
+            first_stage=self.stages[0],
+            second_stage=self.stages[1],
+            status=self.status,
+            bed=self.bed,
+            material=self.material,
+            sides=self.window_sides,
+            grid=self.grid,
+            spans=self.spans,
+            inner=self.inner,
+            buffers=self.buffers,
+            record=self.record,
         )
 
     def _advance(self, target: float, max_steps: int) -> int:
