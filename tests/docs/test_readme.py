@@ -41,7 +41,7 @@ def test_the_gridded_snippet_gives_a_cloud_on_a_lattice(shipped, monkeypatch):
 
 def test_the_xarray_snippet_reads_the_shipped_sweep(shipped, monkeypatch, capsys):
     monkeypatch.chdir(shipped.out.parent)
-    names = run(snippet("exceedance"))
+    names = run(snippet("set_index"))
     assert names["done"].sizes["run"] == 4
     assert names["exceedance"].max() == 1
     assert names["runout"].shape == (2, 2)

@@ -29,7 +29,6 @@ def place(tmp_path_factory):
     ):
         files.append(folder / f"{name}.yaml")
         files[-1].write_text(SCENARIO.format(name=name).replace(LATTICE, points).replace(*SHORT) + sweep)
-    files[0].write_text(files[0].read_text().replace("height: 0.5", "volume: 1"))
     # a cloud whose profile differs between runs, by words
     files[-1].write_text(files[-1].read_text().replace(*BEND))
     command = [sys.executable, "-m", "pipeline"]
