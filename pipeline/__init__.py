@@ -1,1 +1,57 @@
-"""Scenario files, batches of runs, stores, assessment, maps and reports."""
+"""Scenario files, batches of runs, stores, assessment, maps and reports.
+
+The functions below are what scripts and notebooks need. They are imported when they are first used, so that
+``import pipeline`` takes no time.
+
+>>> import pipeline
+>>> results = pipeline.run("heap.yaml", out="results")  # doctest: +SKIP
+>>> results["heap"].max_depth.max(), results.table  # doctest: +SKIP
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from pipeline.api import assessment_tables as assessment_tables
+    from pipeline.api import calibrate as calibrate
+    from pipeline.api import hazard_maps as hazard_maps
+    from pipeline.api import load as load
+    from pipeline.api import open as open
+    from pipeline.api import run as run
+    from pipeline.api import run_table as run_table
+    from pipeline.api import sensitivity_indices as sensitivity_indices
+    from pipeline.api import to_lattice as to_lattice
+    from pipeline.api import write_report as write_report
+    from pipeline.errors import BadInput as BadInput
+    from pipeline.errors import ChangedError as ChangedError
+    from pipeline.errors import OptionError as OptionError
+    from pipeline.errors import PlaceInUseError as PlaceInUseError
+    from pipeline.results import Results as Results
+
+_ERRORS = ("BadInput", "ChangedError", "OptionError", "PlaceInUseError")
+_FUNCTIONS = (
+    *("load", "run", "open", "to_lattice", "run_table", "hazard_maps", "assessment_tables"),
+    *("sensitivity_indices", "calibrate", "write_report"),
+)
+_HOMES = {
+    **dict.fromkeys(_FUNCTIONS, "pipeline.api"),
+    **dict.fromkeys(_ERRORS, "pipeline.errors"),
+    "Results": "pipeline.results",
+}
+
+__all__ = [*_HOMES]
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name when it is first asked for (PEP 562)."""
+    if name not in _HOMES:
+        raise AttributeError(f"module 'pipeline' has no attribute '{name}'")
+    found = getattr(import_module(_HOMES[name]), name)
+    globals()[name] = found
+    return found
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_HOMES})

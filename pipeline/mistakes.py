@@ -12,7 +12,7 @@ from typing import Any
 class Mistake:
     """One mistake and its place; sorts by place and prints as one line.
 
-    Lines and columns count from 1.
+    Lines and columns count from 1; what was not read from a file has 0 of both.
     """
 
     file: str
@@ -23,7 +23,8 @@ class Mistake:
 
     def __str__(self) -> str:
         """``file:line:column: key: expected ..., found ...``; the key is left out where there is none."""
-        return ": ".join(filter(None, (f"{self.file}:{self.line}:{self.column}", self.key, self.message)))
+        where = f"{self.file}:{self.line}:{self.column}" if self.line else self.file
+        return ": ".join(filter(None, (where, self.key, self.message)))
 
 
 class BadInput(Exception):  # noqa: N818 - it names what was given, not what broke

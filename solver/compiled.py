@@ -1,10 +1,7 @@
-"""How kernels are compiled: ahead of nothing, cached on disk, keyed by the source of the whole package."""
+"""How kernels are compiled: ahead of nothing, cached on disk, keyed by the source of what they import."""
 
 from __future__ import annotations
 
-import hashlib
-import os
-import tempfile
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -14,6 +11,8 @@ import numba
 import numpy as np
 from numba.core.codegen import get_host_cpu_features
 from numba.core.compiler import Compiler
+
+from solver import sources
 
 # What kernels give each other in place of literals: for each of these Numba would compile them once more.
 ZERO, ONE = np.int64(0), np.int64(1)
@@ -34,25 +33,27 @@ def widen_vectors() -> None:
 
 
 @cache
-def cache_directory() -> Path:
-    """Folder of the compiled kernels.
+def cache_directory(module: str) -> Path:
+    """Folder of the compiled kernels of a module.
 
-    Numba does not notice a change in a function of another module, so the folder is named by a digest of
-    all of this package's source.
+    Numba does not notice a change in a function of another module, so the folder is named by the hash of the
+    code of all that the module imports. For a module outside of this package that is the whole package.
+
+    Raises
+    ------
+    OSError
+        If no folder can be written.
     """
-    here = Path(__file__).parent
-    digest = hashlib.sha256(b"".join(path.read_bytes() for path in sorted(here.rglob("*.py")))).hexdigest()[
-        :16
-    ]
-    for parent in (here / "__pycache__", Path(tempfile.gettempdir()) / f"lmls-{os.getuid()}"):
-        folder = parent / f"kernels-{digest}"
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-        except OSError:
-            continue
-        if os.access(folder, os.W_OK):
-            return folder
-    raise OSError("no writable folder for compiled kernels")
+    modules = sources.modules_of("solver")
+    names = sources.closure([module], modules) if module in modules else modules
+    name = f"kernels-{module.partition('.')[2]}-{sources.fingerprint(names, modules)[:16]}"
+    folder = sources.folder() / name
+    if folder.exists():
+        sources.use(folder)
+    else:
+        folder.mkdir(exist_ok=True)
+        sources.sweep(folder.parent, "kernels-*")
+    return folder
 
 
 class _Compiler(Compiler):
@@ -100,7 +101,7 @@ def kernel(
     def compile_(function: Callable[..., Any]) -> Any:
         widen_vectors()
         before = config.CACHE_DIR
-        config.CACHE_DIR = str(cache_directory())
+        config.CACHE_DIR = str(cache_directory(function.__module__))
         try:
             return numba.njit(
                 cache=cached,

@@ -57,6 +57,8 @@ class Result:
     same shape, the last good state, m.
     time : of the last good state, s. rest_time : s, NaN if still moving. steps : time steps taken to
     there. cell_stages : cells updated, summed over stages. wall_time, cpu_time : s, of the time loop.
+    moving_volume : m3 that is faster than a Froude number of `solver.simulation.MOVING` by the largest depth
+    at the start, or held at a side, in the last good state.
     """
 
     times: Array
@@ -76,3 +78,4 @@ class Result:
     wall_time: float
     cpu_time: float
     failure: Failure | None
+    moving_volume: float = 0.0

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from solver.arrays import Array
 from solver.kernels.record import Record
-from solver.kernels.runge_kutta import AT_REST, OUT_OF_STEPS, Progress
+from solver.kernels.runge_kutta import AT_REST, OUT_OF_STEPS, Limits, Progress
 from solver.kernels.state import DEPTH, NO_SLIP, OPEN, WALL, Fields, Material, Sides
 from solver.physics.elevation import Surface
 from solver.physics.friction import Voellmy
@@ -59,6 +59,7 @@ class Run(ABC):
 
     now: Fields
     record: Record
+    rest_volume: float
 
     def __init__(self, scene: Scene, depth: Array, end: float, arrival_depth: float, indices: int) -> None:
         self.scene, self.end, self.arrival_depth = scene, end, arrival_depth
@@ -110,11 +111,16 @@ class Run(ABC):
         """Areas of the cells, of the shape of the points or one number, m2."""
         return self.scene.points.cell_area
 
+    def limits(self, target: float, max_steps: int) -> Limits:
+        """Give the kernels until when to go on."""
+        cfl = self.scene.scheme.cfl
+        return Limits(target, max_steps, self.shortest_step, cfl, self.rest_volume, self.arrival_depth)
+
     @abstractmethod
     def _advance(self, target: float, max_steps: int) -> int: ...
 
     @abstractmethod
-    def rehearse(self, piece: int) -> None:
+    def warm_up(self, piece: int) -> None:
         """Call one of the `PIECES` kernels that take longest to compile, if there are; no step may follow."""
 
     def settle(self) -> None:

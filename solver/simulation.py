@@ -16,6 +16,8 @@ from solver.run import Run
 from solver.scene import Scene
 
 FRAMES = ("depth", "velocity_x", "velocity_y")
+# Froude number above which material moves, as opposed to a film or a deposit that creeps
+MOVING = 0.1
 
 
 def simulate(
@@ -117,7 +119,16 @@ def simulate(
         wall,
         cpu,
         failure,
+        moving_volume(run),
     )
+
+
+def moving_volume(run: Run) -> float:
+    """Volume, m3, that is faster than ``MOVING sqrt(g h)``, h the largest depth at the start or at a side."""
+    h, u, v = run.state
+    deepest = max(float(np.max(run.scene.depth)), float(run.sides.depth.max()))
+    fast = np.hypot(u, v) > MOVING * np.sqrt(run.scene.gravity * deepest)
+    return float((np.maximum(h, 0.0) * run.scene.points.cell_area)[fast].sum())
 
 
 def fastest(run: Run) -> tuple[float, float]:

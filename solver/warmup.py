@@ -46,4 +46,4 @@ def compile_kernels(kinds: Collection[Kind] = KINDS, piece: int | None = None) -
         if piece is None:
             simulate(scene, [0.0])
         else:
-            begin(scene, 0.0, 0.0, True).rehearse(piece)
+            begin(scene, 0.0, 0.0, True).warm_up(piece)

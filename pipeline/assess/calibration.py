@@ -7,13 +7,13 @@ import pandas as pd
 import xarray as xr
 from numpy.typing import NDArray
 
-from pipeline.assess.ensemble import weights
+from pipeline.assess.ensemble import computed, weights
 from pipeline.assess.frames import cell_area, space
 from pipeline.assess.observed import ObservationError, Observed
+from pipeline.assess.probability import Values
 from pipeline.assess.sensitivity import varied
-from pipeline.assess.statistics import Values
 from pipeline.assess.tables import behind
-from pipeline.store.variables import COMPUTED, STATUS, Status
+from pipeline.store.variables import STATUS, Status
 
 Array = NDArray[np.float64]
 SHARES = (0.05, 0.5, 0.95)
@@ -52,13 +52,14 @@ def score(store: xr.Dataset, observed: Observed, threshold: float) -> pd.DataFra
     area = np.broadcast_to(cell_area(store).to_numpy(), [store.sizes[d] for d in over]).ravel()
     distance = _by_run(xr.broadcast(store["horizontal_distance"], store["y"])[0], store)
     deposits = _by_run(store["deposit_depth"], store)
-    states = store[STATUS.name].to_numpy()
+    states, known = store[STATUS.name].to_numpy(), computed(store).to_numpy()
+    parameters = varied(store)
     rows = []
     for run, state in enumerate(states):
         row: dict[str, object] = {"scenario": title, "run": run, "status": Status(state).words}
-        row |= {name: held[run] for name, held in varied(store).items()}
+        row |= {name: held[run] for name, held in parameters.items()}
         rows.append(row)
-        if state not in COMPUTED:
+        if not known[run]:
             continue
         deposit = deposits.isel(run=run).to_numpy().astype(np.float64).ravel()
         row |= _scores(deposit, distance.isel(run=run).to_numpy().ravel(), area, observed, threshold)
@@ -88,10 +89,12 @@ def _scores(
         "runout_misfit": toe - float(distance[observed.covered].max()),
     }
     if observed.depth is not None:
-        volume = float((observed.depth * area).sum())
-        square = ((deposit - observed.depth) ** 2 * area)[covered | observed.covered].sum() / either
+        # films below the threshold are no part of either deposit
+        seen_depth = np.where(observed.covered, observed.depth, 0.0)
+        deposit = np.where(covered, deposit, 0.0)
+        square = ((deposit - seen_depth) ** 2 * area)[covered | observed.covered].sum() / either
         scores |= {
-            "volume_misfit": float((deposit * area).sum()) / volume - 1,
+            "volume_misfit": float((deposit * area).sum()) / float((seen_depth * area).sum()) - 1,
             "depth_rmse": float(np.sqrt(square)),
         }
     return scores

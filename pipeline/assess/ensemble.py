@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,13 +12,15 @@ from numpy.typing import NDArray
 
 from pipeline.assess.frames import mean_spacing, space
 from pipeline.assess.gridding import gridded
-from pipeline.store.variables import RETURN_PERIOD, STATUS, WEIGHT, Status
+from pipeline.store.variables import COMPUTED, RETURN_PERIOD, STATUS, WEIGHT, Status
 
 MAXIMA = ("max_depth", "max_speed", "max_momentum_flux", "arrival_time")
 PLACES = ("x", "y", "elevation", "horizontal_distance")
 # runs whose values, and whose comparisons with thresholds, are held at once
 RUNS_AT_ONCE = 16
 VALUES_AT_ONCE = 4_000_000
+# return periods that are looked at one by one
+MOST_PERIODS = 12
 
 
 class NotTogetherError(ValueError):
@@ -26,39 +29,80 @@ class NotTogetherError(ValueError):
 
 @dataclass(frozen=True)
 class Counts:
-    """How many of the runs that were planned are in which state."""
+    """How many of the runs that were planned are in which state.
+
+    done : came to their end, overrun ones included. overrun : lost material through an open side. failed,
+    pending : have no values. cut_off : still moved at their end, and are not done; some may be overrun too.
+    """
 
     done: int
     overrun: int
     failed: int
     pending: int
+    cut_off: int = 0
 
     @property
     def planned(self) -> int:
         """All of them."""
-        return self.done + self.overrun + self.failed + self.pending
+        return self.done + self.cut_off + self.failed + self.pending
+
+    @property
+    def computed(self) -> int:
+        """Those that have values."""
+        return self.done + self.cut_off
 
     @property
     def attributes(self) -> dict[str, int]:
-        """As attributes of a file."""
+        """As attributes of a file, and as columns of a table."""
         return {f"runs_{name}": getattr(self, name) for name in ("planned", *self.__dataclass_fields__)}
 
     def __str__(self) -> str:
         """``97 of 100 runs done (2 of them overrun, 3 failed)``: the words every map has."""
-        rest = {"overrun": self.overrun, "failed": self.failed, "pending": self.pending}
-        words = [f"{n} {'of them ' * (name == 'overrun')}{name}" for name, n in rest.items() if n]
-        note = f" ({', '.join(words)})" if words else ""
-        return f"{self.done + self.overrun} of {self.planned} run{'s' * (self.planned != 1)} done{note}"
+        words = {
+            # some of them may be among those cut off
+            "overrun" if self.cut_off else "of them overrun": self.overrun,
+            "still moving at time.end": self.cut_off,
+            "failed": self.failed,
+            "pending": self.pending,
+        }
+        rest = ", ".join(f"{n} {word}" for word, n in words.items() if n)
+        note = f" ({rest})" if rest else ""
+        return f"{self.done} of {self.planned} run{'s' * (self.planned != 1)} done{note}"
 
 
 def counts(runs: xr.Dataset) -> Counts:
     """Count the runs by what became of them."""
-    found = {s: int((runs[STATUS.name] == s).sum()) for s in Status}
-    return Counts(*(found[s] for s in (Status.DONE, Status.OVERRUN, Status.FAILED, Status.PENDING)))
+    found = Counter(map(Status, runs[STATUS.name].to_numpy().tolist()))
+    return Counts(
+        done=found[Status.DONE] + found[Status.OVERRUN],
+        overrun=sum(n for state, n in found.items() if state.is_overrun),
+        failed=found[Status.FAILED],
+        pending=found[Status.PENDING],
+        cut_off=sum(n for state, n in found.items() if state.is_cut_off),
+    )
+
+
+def computed(runs: xr.Dataset) -> xr.DataArray:
+    """Whether each run has its values, over ``run``."""
+    return _in_state(runs, COMPUTED)
+
+
+def censored(runs: xr.Dataset) -> xr.DataArray:
+    """Whether each run may have gone farther than it was computed, over ``run``: overrun or cut off."""
+    return _in_state(runs, [state for state in Status if state.is_overrun or state.is_cut_off])
+
+
+def _in_state(runs: xr.Dataset, states: Sequence[Status]) -> xr.DataArray:
+    found: xr.DataArray = runs[STATUS.name].isin(states)
+    # what a run is called by is no part of the answer
+    return found.drop_vars(list(found.coords))
 
 
 def weights(store: xr.Dataset) -> NDArray[np.float64]:
     """Give the share of each planned run of a store, (runs,), their sum 1; all have the same without weights.
+
+    With return periods they are shares of the events at least as rare as the most frequent one: a run stands
+    for all events that are rarer than it and not than the next one, beside the others of its period.
 
     Raises
     ------
@@ -69,8 +113,62 @@ def weights(store: xr.Dataset) -> NDArray[np.float64]:
     weight = np.asarray(store[WEIGHT.name] if given else np.ones(store.sizes["run"]), np.float64)
     if not (np.isfinite(weight).all() and (weight >= 0).all() and weight.sum() > 0):
         raise ValueError(f"{store.attrs.get('title')}: expected weights of at least 0, not all of them 0")
+    if RETURN_PERIOD.name in store.variables:
+        weight = _by_rarity(weight, store[RETURN_PERIOD.name].to_numpy().astype(np.float64))
     share: NDArray[np.float64] = weight / weight.sum()
     return share
+
+
+def events_per_year(runs: xr.Dataset) -> float | None:
+    """Give how many events a year the probabilities are of; None without return periods."""
+    if RETURN_PERIOD.name not in runs.variables:
+        return None
+    return float(1 / runs[RETURN_PERIOD.name].to_numpy()[weights(runs) > 0].min())
+
+
+@dataclass(frozen=True)
+class Period:
+    """Runs of one return period, or of one class of them where they are many.
+
+    shortest, longest : years. runs : (n,) positions. weight : (n,) share of each among them, their sum is 1.
+    """
+
+    shortest: float
+    longest: float
+    runs: NDArray[np.intp]
+    weight: NDArray[np.float64]
+
+    @property
+    def words(self) -> str:
+        """``100 years``, or ``30 to 100 years``."""
+        first = "" if self.shortest == self.longest else f"{self.shortest:g} to "
+        return f"{first}{self.longest:g} years"
+
+
+def periods(runs: xr.Dataset, edges: Sequence[float]) -> list[Period]:
+    """Group the runs by their return periods, the most frequent ones first; none without return periods.
+
+    Parameters
+    ----------
+    runs : Dataset
+        An ensemble, or a store.
+    edges : sequence of float
+        Upper ends of the classes that periods are put into where there are more than `MOST_PERIODS` of them,
+        years; what is rarer makes one more.
+    """
+    if RETURN_PERIOD.name not in runs.variables:
+        return []
+    weight, years = weights(runs), runs[RETURN_PERIOD.name].to_numpy()
+    counted = weight > 0
+    many = len(np.unique(years[counted])) > MOST_PERIODS
+    group = np.searchsorted(np.asarray(edges), years) if many else years
+    found = []
+    for one in np.unique(group[counted]):
+        at = np.flatnonzero(counted & (group == one))
+        found.append(
+            Period(float(years[at].min()), float(years[at].max()), at, weight[at] / weight[at].sum())
+        )
+    return found
 
 
 def ensemble(store: xr.Dataset, spacing: float | None = None) -> xr.Dataset:
@@ -123,9 +221,8 @@ def _at_once(store: xr.Dataset) -> int:
 def together(scenarios: Mapping[str, xr.Dataset]) -> xr.Dataset:
     """Put the runs of scenarios that share a lattice and a profile into one ensemble.
 
-    Scenarios have equal weights, unless all runs have return periods; then an event as rare as each stands
-    for all that are rarer than it and not than the next one, so that the probabilities are those of an event
-    at least as rare as the most frequent one.
+    Scenarios have equal weights. Where runs have return periods, those that have runs of a period have equal
+    weights within it, and the periods weigh as `weights` says: runs of one scenario or of several are alike.
 
     Raises
     ------
@@ -154,7 +251,12 @@ def together(scenarios: Mapping[str, xr.Dataset]) -> xr.Dataset:
     )
     weight = whole["weight"].to_numpy() / len(scenarios)
     if "return_period" in whole.coords:
-        weight = _by_rarity(weight, whole["return_period"].to_numpy())
+        years = whole["return_period"].to_numpy()
+        scenario = np.repeat(np.arange(len(scenarios)), [runs.sizes["run"] for runs in scenarios.values()])
+        # the share of a scenario in a period it has runs of, whatever its other periods are
+        _, group = np.unique(np.stack([scenario, years]), axis=1, return_inverse=True)
+        held = np.bincount(group, weight)[group]
+        weight = _by_rarity(np.divide(weight, held, out=np.zeros_like(weight), where=held > 0), years)
     return whole.assign_coords(weight=("run", weight))
 
 
@@ -165,7 +267,10 @@ def _equal(one: xr.DataArray, other: xr.DataArray) -> bool:
 
 def _by_rarity(weight: NDArray[np.float64], years: NDArray[np.float64]) -> NDArray[np.float64]:
     """Weights of runs whose return periods are ``years``, (n,), of which equal ones share what they had."""
-    ascending, which = np.unique(years, return_inverse=True)
+    # a period whose runs all weigh nothing is not there
+    ascending = np.unique(years[weight > 0])
     rarer = np.append(1 / ascending[1:], 0.0)
     share = (1 / ascending - rarer) * ascending[0]
-    return np.asarray(share[which] * weight / np.bincount(which, weight)[which])
+    which = np.searchsorted(ascending, years).clip(max=len(ascending) - 1)
+    held = np.bincount(which, weight, minlength=len(ascending))
+    return np.asarray(np.where(weight > 0, share[which] * weight / held[which], 0.0))

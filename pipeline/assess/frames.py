@@ -7,7 +7,7 @@ import json
 import numpy as np
 import xarray as xr
 
-from pipeline.runs.runs import DEFAULT_THRESHOLD
+from pipeline.runs.scene_of_run import DEFAULT_THRESHOLD
 
 
 def cell_area(store: xr.Dataset) -> xr.DataArray:
@@ -26,6 +26,13 @@ def mean_spacing(store: xr.Dataset) -> float:
 def space(store: xr.Dataset) -> list[str]:
     """Names of the dimensions that count points."""
     return ["point"] if "point" in store.dims else ["y", "x"]
+
+
+def threshold_of(store: xr.Dataset) -> float | None:
+    """Depth above which a cell of a store counts as reached or as deposit, m; None where it has no one."""
+    given = json.loads(store.attrs.get("scenario_content", "{}")).get("output", {}).get("threshold")
+    held = store.attrs.get("threshold", given)
+    return None if held is None else float(held)
 
 
 def follow(store: xr.Dataset, threshold: float | None = None) -> xr.Dataset:
@@ -48,7 +55,7 @@ def follow(store: xr.Dataset, threshold: float | None = None) -> xr.Dataset:
     """
     depth, over = store["depth"], space(store)
     if threshold is None:
-        threshold = json.loads(store.attrs["scenario_content"])["output"]["threshold"]
+        threshold = threshold_of(store)
     if threshold is None:
         threshold = DEFAULT_THRESHOLD * float(depth.isel(time=0).max())
     body, known = depth > threshold, depth.notnull().any(over)
@@ -65,4 +72,11 @@ def follow(store: xr.Dataset, threshold: float | None = None) -> xr.Dataset:
         "body_speed": speed.where(body).max(over),
         "film_speed": speed.where((depth > 0) & ~body).max(over).fillna(0),
     }
-    return xr.Dataset({name: values.where(known) for name, values in found.items()})
+    # a varied parameter may be called as what is found here, as volume
+    axes = {"run", "time"}
+    return xr.Dataset(
+        {
+            name: values.where(known).drop_vars([c for c in values.coords if c not in axes])
+            for name, values in found.items()
+        }
+    )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import textwrap
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -15,19 +16,27 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import BoundaryNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
 
 from pipeline.assess.frames import mean_spacing
 from pipeline.assess.gridding import gridded
 
 PANEL_WIDTH = 4.6
 LEVELS = 10
+MOST_PANELS = 12
 # thin films stay pale, so that the eye goes to the bulk
 COLOURS = "YlGnBu"
 CHARACTERS_PER_INCH = 13
 
 
-def depth_panels(store: xr.Dataset, run: int, path: Path, most: int | None = None) -> None:
-    """Draw the depth of a run at its output times after the start, one panel a time, on one scale.
+def depth_panels(
+    store: xr.Dataset,
+    run: int,
+    path: Path,
+    most: int = MOST_PANELS,
+    times: Sequence[float] | None = None,
+) -> None:
+    """Draw the depth of a run at its output times, one panel a time, on one scale.
 
     A cloud is drawn on a lattice of its mean spacing.
 
@@ -39,13 +48,15 @@ def depth_panels(store: xr.Dataset, run: int, path: Path, most: int | None = Non
         Position of the run.
     path : Path
         Picture to write; its suffix says of what kind.
-    most : int, optional
-        Panels at most, evenly spread over the output times, the last among them; by default all.
+    most : int
+        Panels at most, evenly spread over the output times after the start, the last among them.
+    times : sequence of float, optional
+        Times that are drawn instead, s; the nearest output time stands for each.
 
     Raises
     ------
     ValueError
-        If there is no such run, it was not done, or its depth was not kept.
+        If there is no such run, it was not done, its depth was not kept, or a time lies outside the run.
     OSError
         If the picture cannot be written.
     """
@@ -54,12 +65,7 @@ def depth_panels(store: xr.Dataset, run: int, path: Path, most: int | None = Non
     if "depth" not in store:
         raise ValueError("the store keeps no depth")
     frames = store[["depth"]].isel(run=run)
-    frames = frames.isel(time=frames["time"].to_numpy() > 0).dropna("time", how="all")
-    if most is not None and frames.sizes["time"] > most:
-        every = -(-frames.sizes["time"] // most)
-        frames = frames.isel(time=slice((frames.sizes["time"] - 1) % every, None, every))
-    if not frames.sizes["time"]:
-        raise ValueError(f"run {run} has no frames: it was not done, or failed at once")
+    frames = frames.isel(time=_chosen(frames["depth"], run, most, times))
     if "point" in frames.dims:
         frames = gridded(frames, mean_spacing(frames))
     depth = frames["depth"].load()
@@ -90,6 +96,25 @@ def depth_panels(store: xr.Dataset, run: int, path: Path, most: int | None = Non
     description = textwrap.fill(store.attrs["comment"], int(CHARACTERS_PER_INCH * figure.get_figwidth()))
     figure.suptitle(f"{title_of(store, run)}\n{description}".strip(), fontsize="medium")
     figure.savefig(path, bbox_inches="tight")
+
+
+def _chosen(depth: xr.DataArray, run: int, most: int, times: Sequence[float] | None) -> NDArray[np.int64]:
+    """Choose the frames of a run that are drawn, by their positions."""
+    # a frame is there as a whole or not at all
+    known = depth.isel({name: 0 for name in depth.dims if name != "time"}).notnull().to_numpy()
+    at = depth["time"].to_numpy()
+    there = np.flatnonzero(known)
+    if not (at[there] > 0).any():
+        raise ValueError(f"run {run} has no frames: it was not done, or failed at once")
+    if times is None:
+        there = there[at[there] > 0]
+        every = -(-len(there) // most)
+        return there[(len(there) - 1) % every :: every]
+    last = float(at[there[-1]])
+    for time in times:
+        if not 0 <= time <= last:
+            raise ValueError(f"expected times from 0 to {last:g} s, the end of run {run}, found {time:g}")
+    return np.unique([there[np.argmin(np.abs(at[there] - time))] for time in times])
 
 
 def _columns(frames: int, shape: float) -> int:

@@ -11,11 +11,12 @@ from matplotlib.path import Path as Outline
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
+from pipeline.assess.ensemble import computed
 from pipeline.assess.frames import cell_area, space
 from pipeline.scenario.scenario import stored
 from pipeline.settings.receptor import Receptor
 from pipeline.settings.section import Pair
-from pipeline.store.variables import COMPUTED, STATUS, Status
+from pipeline.store.variables import STATUS, Status
 
 Array = NDArray[np.float64]
 
@@ -42,11 +43,19 @@ class Cells:
         if receptor.point is not None:
             return self._nearest(np.array([receptor.point]))
         if receptor.line is not None:
-            return self._nearest(self._along(receptor.line))
+            return self._nearest(self._inside(self._along(receptor.line)))
         assert receptor.polygon is not None
         corners = (*receptor.polygon, receptor.polygon[0])
         inside = Outline(np.array(corners)).contains_points(self.points)
-        return np.union1d(np.flatnonzero(inside), self._nearest(self._along(corners)))
+        edge = self._nearest(self._inside(self._along(corners)))
+        return np.union1d(np.flatnonzero(inside), edge)
+
+    def _inside(self, places: Array) -> Array:
+        """Leave out the places of a line beyond the outer cells; none, where all of them are."""
+        half = self.spacing / 2
+        low, high = self.points.min(axis=0) - half, self.points.max(axis=0) + half
+        inside = ((low <= places) & (places <= high)).all(axis=1)
+        return places[inside] if inside.any() else places
 
     def _along(self, corners: tuple[Pair, ...]) -> Array:
         """Points along a line, shape (points, 2), m."""
@@ -89,14 +98,14 @@ def reached(store: xr.Dataset) -> pd.DataFrame:
         title = store.attrs["title"]
         raise ValueError(f"{title}: receptors need {', '.join(missing)}, which output.fields leaves out")
     states = store[STATUS.name].to_numpy()
-    computed = np.isin(states, COMPUTED)
+    known = computed(store).to_numpy()
     cells = Cells(store) if receptors else None
     tables = []
     for receptor in receptors:
         assert cells is not None
         at = xr.DataArray(cells.of(receptor), dims="cell")
         held = {name: _over(store[name], store, at) for name in FIELDS}
-        largest = {name: np.where(computed, held[name].max("cell"), np.nan) for name in FIELDS[:2]}
+        largest = {name: np.where(known, held[name].max("cell"), np.nan) for name in FIELDS[:2]}
         arrival = held["arrival_time"].min("cell").to_numpy()
         speed = largest["max_speed"]
         tables.append(
@@ -109,11 +118,11 @@ def reached(store: xr.Dataset) -> pd.DataFrame:
                     "reached": pd.array(np.isfinite(arrival), "boolean"),
                     **largest,
                     "max_pressure": density * speed**2 / 1000,
-                    "arrival_time": np.where(computed, arrival, np.nan),
+                    "arrival_time": np.where(known, arrival, np.nan),
                 }
             )
         )
-        tables[-1].loc[~computed, "reached"] = pd.NA
+        tables[-1].loc[~known, "reached"] = pd.NA
     columns = ["scenario", "run", "status", "receptor", "reached", *FIELDS[:2], "max_pressure", FIELDS[2]]
     return pd.concat(tables, ignore_index=True) if tables else pd.DataFrame(columns=columns)
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from pathlib import Path
+import logging
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,14 +11,16 @@ import pandas as pd
 import xarray as xr
 from numpy.typing import NDArray
 
+from pipeline.assess.ensemble import censored, computed, counts, weights
 from pipeline.assess.receptors import reached
 from pipeline.assess.tables import behind
 from pipeline.scenario.scenario import stored
 from pipeline.store.place import store_paths
-from pipeline.store.variables import COMPUTED, STATUS
+from pipeline.store.storage import Location
 from pipeline.store.zarr_store import open_store
 
 Array = NDArray[np.float64]
+_log = logging.getLogger(__name__)
 
 QUANTITIES = ("runout_distance", "deposit_area", "deposit_max_depth", "peak_speed")
 LEAST_RUNS = 40
@@ -30,7 +32,7 @@ NORMAL, NORMAL_ONE_SIDED = 1.96, 1.645
 SEED = 0
 
 
-def sensitivity(out: Path, tell: Callable[[str], None]) -> pd.DataFrame:
+def sensitivity_indices(out: Location, tell: Callable[[str], None]) -> pd.DataFrame:
     """Table the indices of every varied parameter of a place's scenarios.
 
     PAWN's index is the distance between the distribution of a quantity and that where the parameter is held
@@ -41,7 +43,7 @@ def sensitivity(out: Path, tell: Callable[[str], None]) -> pd.DataFrame:
 
     Parameters
     ----------
-    out : Path
+    out : Location
         The place.
     tell : callable
         Told a line for each scenario, or quantity of one, that has no indices, and why.
@@ -72,7 +74,7 @@ def sensitivity(out: Path, tell: Callable[[str], None]) -> pd.DataFrame:
 
 
 def table_of(store: xr.Dataset, tell: Callable[[str], None]) -> pd.DataFrame:
-    """Table the indices of one scenario, as ``sensitivity`` does of all."""
+    """Table the indices of one scenario, as ``sensitivity_indices`` does of all."""
     from SALib.analyze import pawn, sobol
 
     return pd.DataFrame(_rows(store, tell, pawn.analyze, sobol.analyze))
@@ -83,14 +85,17 @@ def _rows(
 ) -> Iterator[dict[str, object]]:
     """Rows of one scenario."""
     title = str(store.attrs["title"])
-    parameters = varied(store)
-    if not parameters:
+    settings = stored(store.attrs)
+    given = parameters(store, settings.varied)
+    if all(len(np.unique(values)) == 1 for values in given.values()):
         tell(f"{title}: no parameter is varied")
         return
-    inputs = {name: _numbers(values) for name, values in parameters.items()}
-    settings = stored(store.attrs)
+    inputs = {name: _numbers(values) for name, values in given.items()}
     positional = settings.sample is not None and settings.sample.design == "saltelli"
+    for line in _left_out(store):
+        tell(f"{title}: {line}")
     for quantity, values in quantities(store):
+        _log.info("%s: %s", title, quantity)
         known = np.isfinite(values)
         row = {**behind(store), "quantity": quantity, "runs_used": int(known.sum())}
         if known.sum() < LEAST_RUNS:
@@ -113,24 +118,53 @@ def _rows(
             continue
         problem = {"num_vars": len(inputs), "names": [*inputs], "bounds": [[0, 1]] * len(inputs)}
         indices = sobol(problem, values, calc_second_order=False, seed=SEED)
-        for i, name in enumerate(parameters):
+        for i, name in enumerate(inputs):
             for method, key in (("sobol first", "S1"), ("sobol total", "ST")):
                 index, half = float(indices[key][i]), float(indices[f"{key}_conf"][i])
                 found = {"index": index, "lower": index - half, "upper": index + half}
                 yield {**row, "parameter": name, "method": method, **found}
 
 
+def parameters(store: xr.Dataset, keys: Sequence[str]) -> dict[str, NDArray[Any]]:
+    """Values of all parameters of a scenario by name, each of shape (runs,), in the order of its design.
+
+    A store may list them in any order; ``keys`` are in that of the design. One that has the same value in all
+    runs is there too, as it has its place in the design.
+    """
+    held = {
+        str(c.attrs["key"]): (str(name), c.to_numpy()) for name, c in store.coords.items() if "key" in c.attrs
+    }
+    order = {key: place for place, key in enumerate(keys)}
+    return dict(held[key] for key in sorted(held, key=lambda key: (order.get(key, len(order)), key)))
+
+
 def varied(store: xr.Dataset) -> dict[str, NDArray[Any]]:
-    """Values of the varied parameters of a scenario that differ between runs, each of shape (runs,)."""
-    held = {str(name): c.to_numpy() for name, c in store.coords.items() if "key" in c.attrs}
+    """Values of the parameters that differ between runs, in the order of the design."""
+    held = parameters(store, stored(store.attrs).varied)
     return {name: values for name, values in held.items() if len(np.unique(values)) > 1}
+
+
+def _left_out(store: xr.Dataset) -> Iterator[str]:
+    """Say what of the runs has no part in the indices."""
+    found, weight = counts(store), weights(store)
+    missing = found.failed + found.pending
+    if missing:
+        yield f"{missing} of {found.planned} runs failed or are pending: indices are of the others"
+    if np.ptp(weight) > 0:
+        yield "weights and return periods have no part in the indices: all runs count equally"
+    open_ended = int(censored(store).sum())
+    if open_ended:
+        yield (
+            f"{open_ended} of {found.planned} runs left the domain or still moved at time.end: "
+            "indices are of how far they were computed"
+        )
 
 
 def quantities(store: xr.Dataset) -> Iterator[tuple[str, Array]]:
     """Go through what is looked at, with its values, shape (runs,), NaN where not known."""
-    computed = np.isin(store[STATUS.name].to_numpy(), COMPUTED)
+    known = computed(store).to_numpy()
     for name in QUANTITIES:
-        yield name, np.where(computed, store[name].to_numpy().astype(np.float64), np.nan)
+        yield name, np.where(known, store[name].to_numpy().astype(np.float64), np.nan)
     for receptor, rows in reached(store).groupby("receptor", sort=False):
         for name in ("max_depth", "max_pressure"):
             yield f"{name} at {receptor}", rows[name].to_numpy(np.float64)
@@ -151,6 +185,9 @@ def _pawn(analyze: Any, inputs: Mapping[str, Array], values: Array) -> Iterator[
     for name, given in inputs.items():
         # slices are taken by quantiles, which only distinct values fill evenly
         distinct = len(np.unique(given))
+        if distinct == 1:
+            yield name, dict.fromkeys(("index", "lower", "upper", "noise"), 0.0)
+            continue
         slices = min(int(np.clip(len(values) // RUNS_A_SLICE, 2, MOST_SLICES)), distinct)
         problem = {"num_vars": 1, "names": [name], "bounds": [[0, len(values)]]}
 

@@ -11,31 +11,46 @@ import pandas as pd
 import xarray as xr
 from numpy.typing import NDArray
 
-from pipeline.assess.ensemble import counts, weights
+from pipeline.assess.ensemble import (
+    Period,
+    censored,
+    computed,
+    counts,
+    events_per_year,
+    periods,
+    weights,
+)
+from pipeline.assess.frames import mean_spacing, space, threshold_of
+from pipeline.assess.probability import Bounded, Values, in_words
 from pipeline.assess.receptors import reached
-from pipeline.assess.statistics import Bounded, Values
+from pipeline.scenario.scenario import stored
 from pipeline.store import run_table
 from pipeline.store.place import store_paths
-from pipeline.store.variables import COMPUTED, STATUS, Status
+from pipeline.store.storage import Location
+from pipeline.store.variables import STATUS, Status
 from pipeline.store.zarr_store import open_store
 
-QUANTITIES = (
-    *("runout_distance", "drop_height", "reach_angle", "deposit_length", "deposit_width", "deposit_area"),
-    *("deposit_volume", "deposit_max_depth", "peak_depth", "peak_speed", "rest_time"),
-)
-# a run that lost material through the boundary says of these the most alone, of the others the least
+# how far a run came: of one that may have gone farther, the least
+REACH = ("runout_distance", "drop_height")
+# of such a run, the most
 AT_MOST = ("reach_angle",)
+DEPOSIT = ("deposit_length", "deposit_width", "deposit_area", "deposit_volume", "deposit_max_depth")
+QUANTITIES = (*REACH, *AT_MOST, *DEPOSIT, "peak_depth", "peak_speed", "rest_time")
 AT_RECEPTORS = ("max_depth", "max_speed", "max_pressure", "arrival_time")
 SHARES = (0.05, 0.5, 0.95)
+NAMES = tuple(f"q{100 * share:02.0f}" for share in SHARES)
 DISTANCES = 41
+# crowns that differ by less are one
+CLOSE = 1e-6
+Array = NDArray[np.float64]
 
 
-def assess(out: Path) -> dict[str, pd.DataFrame]:
+def assess(out: Location) -> dict[str, pd.DataFrame]:
     """Make the tables of a place.
 
     Parameters
     ----------
-    out : Path
+    out : Location
         The place.
 
     Returns
@@ -43,7 +58,8 @@ def assess(out: Path) -> dict[str, pd.DataFrame]:
     dict of str to DataFrame
         ``runs``, a row a run; ``scenarios``, quantiles of each quantity; ``runout-exceedance``, the
         probability that the run-out is longer than a distance; ``receptors``, a row a receptor;
-        ``receptor-runs``, a row a receptor and run. Numbers over runs have bounds and the runs behind them.
+        ``receptor-periods``, a row a receptor and return period; ``receptor-runs``, a row a receptor and run.
+        Numbers over runs have bounds and the runs behind them.
 
     Raises
     ------
@@ -62,6 +78,11 @@ def assess(out: Path) -> dict[str, pd.DataFrame]:
             "receptors": pd.DataFrame(
                 row for store, rows in zip(stores, by_run, strict=True) for row in receptors(store, rows)
             ),
+            "receptor-periods": pd.DataFrame(
+                row
+                for store, rows in zip(stores, by_run, strict=True)
+                for row in receptors_by_period(store, rows)
+            ),
             "receptor-runs": pd.concat(by_run, ignore_index=True),
         }
     finally:
@@ -71,48 +92,110 @@ def assess(out: Path) -> dict[str, pd.DataFrame]:
 
 
 def values(store: xr.Dataset, name: str) -> Values:
-    """Give a quantity of every run of a store with its weight; that of runs not computed is not known."""
-    most = name in AT_MOST
-    return _values(store, store[name].to_numpy(), at_least=not most, at_most=most)
+    """Give a quantity of every run of a store with its weight; that of runs not computed is not known.
+
+    Of a censored run reach and peaks are at least what they were found to be, the reach angle at most; a run
+    that was cut off while it moved says nothing of its deposit.
+    """
+    held = np.where(computed(store), store[name].to_numpy(), np.nan).astype(np.float64)
+    states = [Status(state) for state in store[STATUS.name].to_numpy()]
+    open_ended = censored(store).to_numpy()
+    if name in DEPOSIT:
+        held[[state.is_cut_off for state in states]] = np.nan
+    elif name in (*REACH, *AT_MOST):
+        held = _farthest(store, name, held)
+    elif name == "rest_time":
+        # films creep on in a run that counts as done
+        moves = computed(store).to_numpy() & np.isnan(held)
+        held, open_ended = np.where(moves, store["last_time"].to_numpy(), held), open_ended | moves
+    if name in REACH:
+        # a run that ends without a deposit reaches nothing
+        nothing = np.isnan(held) & np.array([state is Status.DONE for state in states])
+        held = np.where(nothing, -np.inf, held)
+    return Values(held, weights(store), open_ended & (name not in AT_MOST), open_ended & (name in AT_MOST))
 
 
-def _values(store: xr.Dataset, held: NDArray[Any], *, at_least: bool, at_most: bool = False) -> Values:
-    states = store[STATUS.name].to_numpy()
-    known = np.where(np.isin(states, COMPUTED), held, np.nan).astype(np.float64)
-    overrun = states == Status.OVERRUN
-    return Values(known, weights(store), overrun & at_least, overrun & at_most)
+def _farthest(store: xr.Dataset, name: str, held: Array) -> Array:
+    """Reach of runs, (runs,), where that of an overrun run holds the lower side that its flow left through.
+
+    The crown is taken from the runs that have a deposit; where they differ, only a run's own will do.
+    """
+    overrun = np.flatnonzero([Status(state).is_overrun for state in store[STATUS.name].to_numpy()])
+    needed = {"max_depth", "elevation", "horizontal_distance", "front_x"}
+    if not overrun.size or not needed <= set(store.variables) or "run" in store["elevation"].dims:
+        return held
+    x = store["x"].to_numpy()
+    places = [store[at].to_numpy() for at in ("horizontal_distance", "elevation")]
+    if places[1][x.argmax()] >= places[1][x.argmin()]:
+        return held
+    deepest = store["max_depth"].isel(run=overrun)
+    width = mean_spacing(store) if "point" in store.dims else 0.0
+    at_side = store["x"] >= float(x.max()) - width
+    passed = (deepest.where(at_side) > (threshold_of(store) or 0.0)).any(space(store)).to_numpy()
+    crowns = _crowns(store, x, places)
+    if crowns is None:
+        return held
+    side = [_at_outer_side(x, place, lattice="point" not in store.dims) for place in places]
+    runout, drop = side[0] - crowns[0][overrun], crowns[1][overrun] - side[1]
+    beyond = {
+        "runout_distance": runout,
+        "drop_height": drop,
+        "reach_angle": np.degrees(np.arctan2(drop, runout)),
+    }[name]
+    farther = np.fmin if name in AT_MOST else np.fmax
+    found = held.copy()
+    found[overrun] = np.where(passed, farther(held[overrun], beyond), held[overrun])
+    return found
+
+
+def _at_outer_side(x: Array, place: Array, *, lattice: bool) -> float:
+    """Place of the lower side, m: cells of a lattice reach half a spacing beyond the last point."""
+    first = np.unique(x, return_index=True)[1]
+    last, before = place[first[-1]], place[first[-2]]
+    return float(last + (last - before) / 2) if lattice else float(last)
+
+
+def _crowns(store: xr.Dataset, x: Array, places: list[Array]) -> tuple[Array, Array] | None:
+    """Horizontal distance and elevation of the crowns of all runs, (runs,), m, by their toes and reaches."""
+    order = np.argsort(x, kind="stable")
+    found = []
+    for place, name, sign in zip(places, REACH, (-1, 1), strict=True):
+        toe = np.interp(store["front_x"].to_numpy(), x[order], place[order])
+        crown = toe + sign * store[name].to_numpy()
+        known = crown[np.isfinite(crown)]
+        if not known.size:
+            return None
+        same = np.ptp(known) <= CLOSE * max(1.0, float(np.abs(known).max()))
+        found.append(np.where(np.isnan(crown), known[0] if same else np.nan, crown))
+    return found[0], found[1]
 
 
 def behind(store: xr.Dataset) -> dict[str, object]:
-    """Say how many runs are behind the numbers of a scenario."""
-    found = counts(store)
-    return {
-        "scenario": str(store.attrs["title"]),
-        "runs_planned": found.planned,
-        "runs_done": found.done + found.overrun,
-        "runs_overrun": found.overrun,
-        "runs_failed": found.failed,
-    }
+    """Say how many runs are behind the numbers of a scenario, as maps do."""
+    return {"scenario": str(store.attrs["title"]), **counts(store).attributes}
 
 
 def quantiles(store: xr.Dataset) -> Iterator[dict[str, object]]:
     """Table quantiles of each quantity, a row each."""
     for name in QUANTITIES:
         found = values(store, name).quantile(SHARES)
+        words = map(in_words, found.lower.tolist(), found.estimate.tolist(), found.upper.tolist())
         yield {
             **behind(store),
             "quantity": name,
             "units": str(store[name].attrs.get("units", "")),
-            **_columns(found, [f"q{100 * share:02.0f}" for share in SHARES]),
+            **_columns(found, NAMES),
+            **{f"{name}_in_words": text for name, text in zip(NAMES, words, strict=True)},
         }
 
 
 def runout_exceedance(store: xr.Dataset) -> Iterator[dict[str, object]]:
     """Table the probability that the run-out is longer than each of a row of distances."""
     runout = values(store, "runout_distance")
-    if not runout.known.any():
+    finite = runout.value[np.isfinite(runout.value)]
+    if not finite.size:
         return
-    distances = np.linspace(0, np.nanmax(runout.value), DISTANCES)
+    distances = np.linspace(0, finite.max(), DISTANCES)
     found = runout.exceedance(distances)
     for i, distance in enumerate(distances):
         one = Bounded(*(getattr(found, end)[i] for end in ("lower", "estimate", "upper")))
@@ -122,28 +205,61 @@ def runout_exceedance(store: xr.Dataset) -> Iterator[dict[str, object]]:
 def receptors(store: xr.Dataset, by_run: pd.DataFrame) -> Iterator[dict[str, object]]:
     """Table how likely each receptor is reached, and quantiles of what reaches it where it is.
 
-    A run that lost material may have had more of it arrive.
+    With return periods the probability is of an event at least as rare as the most frequent one, and
+    ``annual_rate`` says how often a year that is.
     """
+    frequency = events_per_year(store)
     for name, rows in by_run.groupby("receptor", sort=False):
-        reached_ = rows["reached"].to_numpy(np.float64, na_value=np.nan)
-        share = _values(store, reached_, at_least=True).exceedance(0.5)
-        row = {**behind(store), "receptor": name, **_columns(share, ["probability"])}
-        for quantity in AT_RECEPTORS:
-            there = np.where(reached_ == 1, rows[quantity], np.nan)
-            # the median, and the most severe of all
-            last = 0.0 if quantity == "arrival_time" else 1.0
-            middle, worst = _values(store, there, at_least=False).quantile([0.5, last]).estimate
-            name_of_worst = f"{'largest' if last else 'first'}_{quantity.removeprefix('max_')}"
-            row |= {f"median_{quantity}": middle, name_of_worst: worst}
+        row = {**behind(store), "receptor": str(name), **_at_receptor(store, rows)}
+        if frequency is not None:
+            row |= {
+                f"annual_rate{end}": row[f"probability{end}"] * frequency for end in ("", "_lower", "_upper")
+            }
         yield row
+
+
+def receptors_by_period(store: xr.Dataset, by_run: pd.DataFrame) -> Iterator[dict[str, object]]:
+    """Table the same of the events of each return period; none without return periods."""
+    groups = periods(store, stored(store.attrs).hazard.levels.return_periods)
+    for name, rows in by_run.groupby("receptor", sort=False) if groups else ():
+        for period in groups:
+            some = store.isel(run=period.runs)
+            yield {
+                **behind(some),
+                "receptor": str(name),
+                "shortest_return_period": period.shortest,
+                "return_period": period.longest,
+                **_at_receptor(some, rows.iloc[period.runs], period),
+            }
+
+
+def _at_receptor(store: xr.Dataset, rows: pd.DataFrame, period: Period | None = None) -> dict[str, Any]:
+    """Columns of what reaches a receptor; a censored run may have had more of it arrive."""
+    weight = weights(store) if period is None else period.weight
+    open_ended, nothing = censored(store).to_numpy(), np.zeros(store.sizes["run"], bool)
+    arrives = rows["reached"].to_numpy(np.float64, na_value=np.nan)
+    row: dict[str, Any] = _columns(
+        Values(arrives, weight, open_ended, nothing).exceedance(0.5), ["probability"]
+    )
+    for quantity in AT_RECEPTORS:
+        there = np.flatnonzero(arrives == 1)
+        of_runs = Values(rows[quantity].to_numpy(np.float64)[there], weight[there], *(nothing[there],) * 2)
+        # the median, and the most severe of all
+        last = 0.0 if quantity == "arrival_time" else 1.0
+        middle, worst = of_runs.quantile([0.5, last]).estimate if there.size else (np.nan, np.nan)
+        name_of_worst = f"{'largest' if last else 'first'}_{quantity.removeprefix('max_')}"
+        row |= {f"median_{quantity}": middle, name_of_worst: worst}
+    return row
 
 
 def _columns(found: Bounded, names: Sequence[str]) -> dict[str, float]:
     """Columns of numbers with their bounds."""
     columns = {}
     for i, name in enumerate(names):
-        for ending, part in (("", found.estimate), ("_lower", found.lower), ("_upper", found.upper)):
-            columns[name + ending] = float(np.atleast_1d(part)[i])
+        for ending, part in found.by_bound.items():
+            value = float(np.atleast_1d(part)[i])
+            # a bound that no run gives is missing
+            columns[name + ending] = value if np.isfinite(value) else np.nan
     return columns
 
 

@@ -7,13 +7,13 @@ from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from io import BytesIO
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.store import storage
+from pipeline.store.objects import reached
+from pipeline.store.storage import Location, put, storage_of
 from solver.checkpoint import Snapshot
 
 EVERY_SECONDS = 60.0
@@ -27,7 +27,7 @@ class Checkpoints:
     every : elapsed time of a run between two checkpoints, s.
     """
 
-    folder: Path
+    folder: Location
     identity: str
     every: float = EVERY_SECONDS
 
@@ -37,7 +37,7 @@ class Checkpoints:
 
     def clear(self) -> None:
         """Remove all checkpoints."""
-        storage.remove(self.folder)
+        storage_of(self.folder).remove()
 
 
 @dataclass
@@ -48,17 +48,17 @@ class Checkpoint:
     the checkpoint before. ``_marks`` are the output times passed at 0 and at each such file.
     """
 
-    folder: Path
+    folder: Location
     run: int
     identity: str
     every: float
     _marks: list[int] = field(default_factory=lambda: [0])
 
     @property
-    def _state(self) -> Path:
+    def _state(self) -> Location:
         return self.folder / f"{self.run}.npz"
 
-    def _part(self, first: int) -> Path:
+    def _part(self, first: int) -> Location:
         return self.folder / f"{self.run}-frames-{first}.npz"
 
     def load(self) -> Snapshot | None:
@@ -95,17 +95,15 @@ class Checkpoint:
             return
         for file in (self._state, *self.folder.glob(f"{self.run}-frames-*.npz")):
             file.unlink(missing_ok=True)
-        if not storage.is_url(self.folder):
-            with suppress(OSError):
-                self.folder.rmdir()
+        storage_of(self.folder).remove_if_empty()
 
-    def _write(self, path: Path, arrays: Mapping[str, Any]) -> None:
+    def _write(self, path: Location, arrays: Mapping[str, Any]) -> None:
         """Write a file that appears whole or not at all."""
         held = BytesIO()
         np.savez(held, **arrays)
-        storage.put(path, held.getvalue())
+        put(path, held.getvalue())
 
 
-def _read(path: Path) -> dict[str, NDArray[Any]]:
-    with storage.reached(), np.load(BytesIO(path.read_bytes())) as file:
+def _read(path: Location) -> dict[str, NDArray[Any]]:
+    with reached(), np.load(BytesIO(path.read_bytes())) as file:
         return {name: file[name] for name in file.files}

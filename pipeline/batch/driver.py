@@ -17,22 +17,25 @@ from rich.console import Console
 
 from pipeline.batch.checkpoints import EVERY_SECONDS, Checkpoints
 from pipeline.batch.compilation import compile_once, head_start
-from pipeline.batch.failures import listed
+from pipeline.batch.failures import AGAIN, Failed, failed, listed, told_again, unfinished
 from pipeline.batch.interrupts import heard
 from pipeline.batch.limits import UNLIMITED, Limits
 from pipeline.batch.local_workers import workers
-from pipeline.batch.progress import Progress, shown
+from pipeline.batch.main_module import main_not_imported
+from pipeline.batch.progress import Progress, shown, stages
 from pipeline.batch.scheduling import Ending, Todo, execute, execute_here, pending, threads
 from pipeline.batch.task import Solve
+from pipeline.errors import ChangedError as ChangedError
+from pipeline.runs import profile_ends
 from pipeline.runs.domain_search import settled
 from pipeline.runs.duplicates import copies
-from pipeline.runs.runs import Runs, expand
-from pipeline.runs.shared_points import SharedPoints, kept, share
-from pipeline.runs.template import said, shares, template
-from pipeline.scenario.scenario import Scenario, differences
+from pipeline.runs.runs import Runs, expand, share
+from pipeline.runs.shared_points import SharedPoints, kept
+from pipeline.runs.template import shares, template
+from pipeline.scenario.scenario import Scenario, differences, said
 from pipeline.store import layout, provenance, run_table, zarr_store
-from pipeline.store.place import WHOLE, Part, checkpoint_path, log_path, store_path, summary_path
-from pipeline.store.storage import is_made, is_url
+from pipeline.store.place import WHOLE, Part, checkpoint_path, store_path, summary_path
+from pipeline.store.storage import Location, is_made, storage_of
 from pipeline.store.variables import Status
 from solver.forms import Kind
 from solver.points.lattice import Lattice
@@ -40,10 +43,6 @@ from solver.simulation import simulate
 from solver.warmup import compile_kernels
 
 Engine = Callable[[int], AbstractContextManager[Client]]
-
-
-class ChangedError(Exception):
-    """Stores were made from something else than is asked for now; ``str()`` has a line a difference."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +65,7 @@ class Outcome:
 
 def complete(
     scenarios: Sequence[Scenario],
-    out: Path,
+    out: Location,
     console: Console,
     *,
     count: int | None = None,
@@ -86,7 +85,7 @@ def complete(
     ----------
     scenarios : sequence of Scenario
         With names of their own.
-    out : Path
+    out : Location
         The place; workers elsewhere see it under the same name.
     console : Console
         Where progress is shown.
@@ -119,13 +118,13 @@ def complete(
     OSError
         If a store cannot be made or read.
     """
-    out = out if is_url(out) else out.absolute()
-    log = log or (None if is_url(out) else log_path(out))
+    out = storage_of(out).absolute()
+    log = log or storage_of(out).log()
     replaced = _changed(scenarios, out)
     if replaced and not overwrite:
         raise ChangedError("\n".join(line for lines in replaced.values() for line in lines))
     if sweep:
-        zarr_store.sweep_partials(out)
+        storage_of(out).sweep()
     if part == WHOLE:
         for scenario in scenarios:
             path = store_path(out, scenario.name)
@@ -134,7 +133,9 @@ def complete(
     left: list[Todo] = []
     kinds: set[Kind] = set()
     with ExitStack() as stack:
-        for scenario, runs, shared in _shared(scenarios, out, replaced, retry_failed, console):
+        with stages(console, "prepare"):
+            made = _shared(scenarios, out, replaced, retry_failed, console)
+        for scenario, runs, shared in made:
             kinds |= shared.kinds
             path = store_path(out, scenario.name)
             folder = checkpoint_path(out, scenario.name)
@@ -142,23 +143,35 @@ def complete(
             if scenario.name in replaced or not is_made(path):
                 checkpoints.clear()
                 layout.create(path, template(scenario, runs, shared), replace=scenario.name in replaced)
-            carried: SharedPoints | Path = shared
+            elif part == WHOLE:
+                layout.add_summaries(path)
+            carried: SharedPoints | Location = shared
             if part == WHOLE:
                 carried = stack.enter_context(kept(shared, out / f".{scenario.name}.points.partial"))
             wanted = pending(path, retry_failed)
             left.append(Todo(scenario, path, runs, carried, wanted, limits, checkpoints, part))
         left = _sharing(left, scenarios, out)
+        earlier = [each for scenario in scenarios for each in failed(out, scenario.name)]
         ending = _execute(left, kinds, console, count, engine, part, log, solve)
+    _tell_earlier([] if retry_failed else earlier, left, console)
     whole = run_table.read(out)
     try:
         run_table.write(whole, summary_path(out))
     except OSError as error:
         ending.trouble = ending.trouble or str(error)
-    counts = Counter(Status(s) for sc in scenarios for s in zarr_store.statuses(store_path(out, sc.name)))
+    for name, rows in whole.groupby("scenario", sort=False):
+        if note := profile_ends.note(profile_ends.count(rows["warning"])):
+            console.print(f"{name}: {len(rows):,} runs{note}", highlight=False)
+    counts: Counter[Status] = Counter()
+    for scenario in scenarios:
+        found = Counter(map(Status, zarr_store.statuses(store_path(out, scenario.name)).tolist()))
+        for line in unfinished(scenario, found):
+            console.print(line, highlight=False, soft_wrap=True)
+        counts += found
     return Outcome(ending, counts, whole)
 
 
-def _sharing(left: Sequence[Todo], scenarios: Sequence[Scenario], out: Path) -> list[Todo]:
+def _sharing(left: Sequence[Todo], scenarios: Sequence[Scenario], out: Location) -> list[Todo]:
     """Tell what is left of the runs that others have the physics of, finished ones first."""
     names = {each.scenario.name for each in left}
     finished = [
@@ -172,7 +185,7 @@ def _sharing(left: Sequence[Todo], scenarios: Sequence[Scenario], out: Path) -> 
 
 def _shared(
     scenarios: Sequence[Scenario],
-    out: Path,
+    out: Location,
     replaced: Container[str],
     retry_failed: bool,
     console: Console,
@@ -194,7 +207,7 @@ def _shared(
     return made
 
 
-def _changed(scenarios: Sequence[Scenario], out: Path) -> dict[str, list[str]]:
+def _changed(scenarios: Sequence[Scenario], out: Location) -> dict[str, list[str]]:
     """Say by name of scenario what changed since its store was made; without those that did not change."""
     found: dict[str, list[str]] = {}
     for scenario in scenarios:
@@ -214,6 +227,17 @@ def _changed(scenarios: Sequence[Scenario], out: Path) -> dict[str, list[str]]:
     return found
 
 
+def _tell_earlier(earlier: Sequence[Failed], left: Sequence[Todo], console: Console) -> None:
+    """Tell of runs that failed in an earlier batch and were left alone, and where nothing was left at all."""
+    tell = partial(console.print, markup=False, highlight=False, soft_wrap=True)
+    if not any(each.runs_left for each in left):
+        tell("nothing was left to do")
+    if earlier:
+        tell("runs that failed earlier and were left as they are:")
+    for line in told_again(earlier):
+        tell(line)
+
+
 @contextmanager
 def _reported(console: Console, total: int, log: Path | None, left: Sequence[Todo]) -> Iterator[Progress]:
     """Show progress while a batch lasts, and list the runs that failed once it is over."""
@@ -221,6 +245,8 @@ def _reported(console: Console, total: int, log: Path | None, left: Sequence[Tod
         yield progress
     for line in listed([each.scenario for each in left], progress.failures):
         progress.tell(line)
+    if progress.failures:
+        progress.tell(f"{len(progress.failures)} failed; {AGAIN}")
 
 
 def _execute(
@@ -244,13 +270,14 @@ def _execute(
             if part != WHOLE:
                 return execute_here(jobs, progress.report, interrupts, solve)
             # workers elsewhere have a disk of their own
-            with head_start(() if engine else kinds) as ahead, (engine or workers)(width) as client:
+            ahead = head_start(() if engine else kinds)
+            with main_not_imported(), ahead as processes, (engine or workers)(width) as client:
                 if engine is not None:
                     width = threads(client)
                 if find_spec("bokeh") is not None:
                     progress.tell(f"Dask dashboard: {client.dashboard_link}")
                 rest = partial(compile_kernels, sorted(kinds))
-                compile_once(client, progress.tell, interrupts, rest, ahead)
+                compile_once(client, progress.tell, interrupts, rest, processes)
                 tell = progress.report, interrupts, solve, progress.under_way
                 return execute(client, width, jobs, *tell)
     except KeyboardInterrupt:

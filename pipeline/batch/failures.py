@@ -1,15 +1,90 @@
-"""Where in its file a run was asked for, and the list of those that failed."""
+"""The runs that failed: where in its file each was asked for, and why it failed."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
 
 from pipeline.batch.task import Outcome
 from pipeline.runs.runs import expand
 from pipeline.scenario.scenario import Scenario
 from pipeline.scenario.strict_yaml import Path, parse
+from pipeline.store.place import store_path
+from pipeline.store.storage import Location
+from pipeline.store.variables import Status
+from pipeline.store.zarr_store import open_store
 
 MOST_LISTED = 20
+AGAIN = "run again with --retry-failed to repeat them"
+
+
+@dataclass(frozen=True)
+class Failed:
+    """A failed run of a store: its position, its varied parameters and the reason."""
+
+    scenario: str
+    run: int
+    parameters: dict[str, Any]
+    reason: str
+
+    @property
+    def described(self) -> dict[str, Any]:
+        """As JSON has it."""
+        return {"run": self.run, "parameters": self.parameters, "reason": self.reason}
+
+    def __str__(self) -> str:
+        """``heap run 3, bed_friction=20: failed: ...``."""
+        given = "".join(f", {name}={value}" for name, value in self.parameters.items())
+        return f"{self.scenario} run {self.run}{given}: failed: {self.reason}"
+
+
+def failed(out: Location, name: str) -> list[Failed]:
+    """Read the failed runs of a scenario from its store."""
+    with open_store(store_path(out, name)) as store:
+        positions = np.flatnonzero(store["status"].to_numpy() == Status.FAILED)
+        varied = [str(key) for key, c in store.coords.items() if c.dims == ("run",) and "key" in c.attrs]
+        chosen = store[["failure_reason", *varied]].isel(run=positions).load()
+        return [
+            Failed(
+                name,
+                int(run),
+                {key: chosen[key][i].item() for key in varied},
+                str(chosen["failure_reason"][i].item()),
+            )
+            for i, run in enumerate(positions)
+        ]
+
+
+def told_again(runs: Sequence[Failed]) -> Iterator[str]:
+    """Give a line for each failed run, up to a number, and how to repeat them."""
+    for each in runs[:MOST_LISTED]:
+        yield str(each)
+    yield from _more(len(runs))
+    if runs:
+        yield f"{len(runs)} failed; {AGAIN}"
+
+
+def unfinished(scenario: Scenario, counts: Mapping[Status, int]) -> Iterator[str]:
+    """Say how many runs of a scenario are no plain ends, by the number of runs of each status."""
+    planned = sum(counts.values())
+    cut_off = sum(n for status, n in counts.items() if status.is_cut_off)
+    lost = sum(n for status, n in counts.items() if status.is_overrun)
+    if cut_off:
+        end = scenario.settings.time.end
+        when = "the latest end" if end is None else f"time.end ({end:g} s)"
+        advice = "give a later time.end" if end is None else "make time.end later, or leave it out"
+        yield (
+            f"{scenario.name}: {cut_off} of {planned} runs still moved at {when}; how far they reach is a "
+            f"lower bound: {advice}"
+        )
+    if lost:
+        yield (
+            f"{scenario.name}: {lost} of {planned} runs lost material through an open side; how far they "
+            "reach is a lower bound: make the domain larger, or leave it out"
+        )
 
 
 def place(scenario: Scenario, run: int) -> str:
@@ -24,13 +99,16 @@ def place(scenario: Scenario, run: int) -> str:
 
 
 def listed(scenarios: Iterable[Scenario], failed: Sequence[Outcome]) -> Iterator[str]:
-    """Give a line for each failed run, up to a number: its place, the run, its swept values, the reason."""
+    """Give a line for each failed run, up to a number: its place, the run, its varied values, the reason."""
     named = {scenario.name: scenario for scenario in scenarios}
     for outcome in sorted(failed, key=lambda each: (each.path, each.run))[:MOST_LISTED]:
         scenario = named[outcome.path.stem]
         values = expand(scenario).parameters(outcome.run)
-        given = "".join(f", {name}={value}" for name, value in values.items())
-        where = place(scenario, outcome.run)
-        yield f"{where}: {scenario.name} run {outcome.run}{given}: failed: {outcome.reason}"
-    if len(failed) > MOST_LISTED:
-        yield f"and {len(failed) - MOST_LISTED} more; `pipeline summary` has them all"
+        told = Failed(scenario.name, outcome.run, dict(values), outcome.reason)
+        yield f"{place(scenario, outcome.run)}: {told}"
+    yield from _more(len(failed))
+
+
+def _more(count: int) -> Iterator[str]:
+    if count > MOST_LISTED:
+        yield f"and {count - MOST_LISTED} more; `pipeline summary` has them all"

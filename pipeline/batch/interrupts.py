@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from queue import SimpleQueue
-from threading import Thread
+from threading import Thread, current_thread, main_thread
 from types import FrameType
 
 MESSAGE = "interrupted: finishing the runs under way; interrupt again to stop at once"
@@ -24,6 +24,7 @@ class Interrupts:
 def heard(tell: Callable[[str], None]) -> Iterator[Interrupts]:
     """Count interrupts instead of raising the first; the second raises KeyboardInterrupt.
 
+    Outside the main thread no signal can be caught: interrupts are left to whoever runs the main thread.
     Later ones are not heard any more: they would cut into the ending of workers, and of the process.
 
     Parameters
@@ -33,6 +34,9 @@ def heard(tell: Callable[[str], None]) -> Iterator[Interrupts]:
         telling something just then, and can be gone into once only.
     """
     interrupts = Interrupts()
+    if current_thread() is not main_thread():
+        yield interrupts
+        return
     lines: SimpleQueue[str | None] = SimpleQueue()
 
     def handle(number: int, frame: FrameType | None) -> None:

@@ -16,9 +16,12 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import cache
 from time import sleep
+from typing import TYPE_CHECKING
 
 import psutil
-from distributed import Worker, get_worker
+
+if TYPE_CHECKING:
+    from distributed import Worker
 
 # A run looks at the clock between steps; what has not stopped by then is stuck somewhere else.
 GRACE_SECONDS = 30.0
@@ -96,7 +99,11 @@ def freeze_loaded() -> None:
 
 
 def _worker() -> Worker | None:
-    """Give the worker this is a task of, if it is one."""
+    """Give the worker this is a task of, if it is one: Dask is loaded then, which takes long to import."""
+    if "distributed" not in sys.modules:
+        return None
+    from distributed import get_worker
+
     try:
         return get_worker()
     except ValueError:

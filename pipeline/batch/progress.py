@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import logging
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -10,13 +11,72 @@ from time import monotonic
 from typing import IO
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    SpinnerColumn,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
 from rich.progress import Progress as Bar
 
 from pipeline.batch.task import Outcome
 from pipeline.store.variables import Status
 
 LINES = 50
+
+
+class _Stages(logging.Handler):
+    """Shows what the package logs."""
+
+    def __init__(self, show: Callable[[str], None]) -> None:
+        super().__init__(logging.INFO)
+        self.show = show
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Show a record."""
+        self.show(record.getMessage())
+
+
+@contextmanager
+def stages(console: Console, what: str) -> Iterator[Callable[[str], None]]:
+    """Show on a terminal that something long is being done, the stage it is in, and since when.
+
+    What the package logs meanwhile (level INFO) is a stage. Where the output is no terminal nothing is shown.
+
+    Parameters
+    ----------
+    console : Console
+        Where it is shown.
+    what : str
+        What is being done.
+
+    Yields
+    ------
+    callable
+        Takes the words of a stage.
+    """
+    if not console.is_terminal:
+        yield lambda words: None
+        return
+    columns = SpinnerColumn(), TextColumn("{task.description}", markup=False), TimeElapsedColumn()
+    logger = logging.getLogger("pipeline")
+    level = logger.level
+    with Bar(*columns, console=console, transient=True, redirect_stdout=False, redirect_stderr=False) as bar:
+        task = bar.add_task(what, total=None)
+
+        def show(words: str) -> None:
+            bar.update(task, description=f"{what}: {words}")
+
+        handler = _Stages(show)
+        logger.addHandler(handler)
+        logger.setLevel(logging.INFO)
+        try:
+            yield show
+        finally:
+            logger.removeHandler(handler)
+            logger.setLevel(level)
 
 
 class Progress:

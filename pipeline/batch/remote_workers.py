@@ -13,14 +13,11 @@ import dask
 from distributed import Client
 
 from pipeline.batch.local_workers import SETTINGS
+from pipeline.errors import EngineError as EngineError
 from pipeline.store import provenance
 
 CONNECTING_SECONDS = 10
 QUEUEING_SECONDS = 24 * 3600
-
-
-class EngineError(Exception):
-    """Workers are not to be had, or are not fit; ``str()`` says why."""
 
 
 @contextmanager

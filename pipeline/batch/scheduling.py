@@ -28,12 +28,11 @@ from pipeline.store.variables import Status
 from solver.simulation import simulate
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from pipeline.batch.checkpoints import Checkpoints
     from pipeline.runs.runs import Runs
     from pipeline.runs.shared_points import SharedPoints
     from pipeline.scenario.scenario import Scenario
+    from pipeline.store.storage import Location
 
 WATCH_SECONDS = 2.0
 # a nanny starts a new process in a few seconds; on a machine under load it may take a minute
@@ -55,14 +54,14 @@ class Todo:
     """What is left to do in a store, by its status alone."""
 
     scenario: Scenario
-    path: Path
+    path: Location
     runs: Runs
-    shared: SharedPoints | Path
+    shared: SharedPoints | Location
     wanted: NDArray[np.bool_]
     limits: Limits
     checkpoints: Checkpoints | None
     part: Part = WHOLE
-    same: Mapping[int, tuple[Path, int]] = field(default_factory=dict)
+    same: Mapping[int, tuple[Location, int]] = field(default_factory=dict)
 
     @cached_property
     def group(self) -> int:
@@ -82,7 +81,7 @@ class Todo:
 
     def jobs(self, *, again: bool) -> Iterator[Job]:
         """Go through what is left, one job a group: those that others stand for, or the rest."""
-        held = variables(self.scenario)
+        held = zarr_store.held(self.path, variables(self.scenario))
         for start in self.starts:
             stop = min(start + self.group, len(self.runs))
             left = [int(i) for i in np.arange(start, stop) if self.wanted[i]]
@@ -92,7 +91,7 @@ class Todo:
                 yield Job(self.path, held, chosen, self.shared, self.limits, self.checkpoints, same)
 
 
-def pending(path: Path, retry_failed: bool) -> NDArray[np.bool_]:
+def pending(path: Location, retry_failed: bool) -> NDArray[np.bool_]:
     """Say of every run of a store whether it is left to do, shape (runs,)."""
     return np.isin(zarr_store.statuses(path), [Status.PENDING, *([Status.FAILED] if retry_failed else [])])
 

@@ -2,26 +2,23 @@
 
 from __future__ import annotations
 
-import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from pipeline.batch.checkpoints import Checkpoints
 from pipeline.batch.limits import UNLIMITED, Limits, freeze_loaded, keep_freed_memory
-from pipeline.runs import shared_points
-from pipeline.runs.runs import Prepared, Run, build_scene
+from pipeline.runs import ending, shared_points
+from pipeline.runs.run import Run
+from pipeline.runs.scene_of_run import compute
 from pipeline.runs.shared_points import SharedPoints
-from pipeline.runs.summary import overrun, summarise
-from pipeline.runs.template import profile_values
+from pipeline.runs.stored_values import implausible, stored, warned
 from pipeline.store import zarr_store
-from pipeline.store.variables import COMPUTED, FIELDS, TIMINGS, Status, Variable
-from solver.checks.plausibility import doubts
-from solver.result import OUT_OF_TIME, Failure, Result
+from pipeline.store.storage import Location
+from pipeline.store.variables import COMPUTED, TIMINGS, Status, Variable
+from solver.result import Result
 from solver.simulation import simulate
 
 Solve = Callable[..., Result]
@@ -35,13 +32,13 @@ class Job:
     with the same physics.
     """
 
-    path: Path
+    path: Location
     variables: tuple[Variable, ...]
     runs: tuple[Run, ...]
-    shared: SharedPoints | Path
+    shared: SharedPoints | Location
     limits: Limits = UNLIMITED
     checkpoints: Checkpoints | None = None
-    same: Mapping[int, tuple[Path, int]] = field(default_factory=dict)
+    same: Mapping[int, tuple[Location, int]] = field(default_factory=dict)
 
     def name(self, run: Run) -> str:
         """Name of a run that no other store has."""
@@ -50,9 +47,9 @@ class Job:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a run: store, index, status, why it failed or how far it overran, elapsed time, s."""
+    """What became of a run: store, index, status, why it failed or is no plain end, elapsed time, s."""
 
-    path: Path
+    path: Location
     run: int
     status: Status
     reason: str = ""
@@ -116,14 +113,7 @@ def _copied(job: Job, run: Run) -> tuple[Status, dict[str, Any]] | None:
 
 def _outcome(job: Job, run: int, status: Status, row: Mapping[str, Any]) -> Outcome:
     """Tell what became of a run by its values."""
-    return Outcome(job.path, run, status, _reason(status, row), float(row.get("wall_time", np.nan)))
-
-
-def _reason(status: Status, row: Mapping[str, Any]) -> str:
-    """Why a run failed, or how far it was overrun."""
-    if status is Status.OVERRUN:
-        return f"{100 * overrun(row):.2g} % of the volume left the domain"
-    return str(row.get("failure_reason", ""))
+    return Outcome(job.path, run, status, ending.reason(status, row), float(row.get("wall_time", np.nan)))
 
 
 def condemn(job: Job, reason: str) -> list[Outcome]:
@@ -135,90 +125,16 @@ def condemn(job: Job, reason: str) -> list[Outcome]:
 
 def _compute(job: Job, run: Run, shared: SharedPoints, solve: Solve) -> tuple[Status, dict[str, Any]]:
     """Status and values of one run."""
-    most = run.settings.time
+    most = run.settings.time.max_wall
+    keeper = None if job.checkpoints is None else job.checkpoints.of(run.index)
     try:
-        with job.limits.kept(most.max_wall, job.name(run)), warned() as told:
-            prepared = build_scene(run, shared)
-            result = solve(
-                prepared.scene,
-                prepared.times,
-                arrival_depth=prepared.threshold,
-                stop_at_rest=prepared.stop_at_rest,
-                frames=run.settings.output.fields,
-                max_steps=most.max_steps,
-                max_wall=most.max_wall,
-                keeper=None if job.checkpoints is None else job.checkpoints.of(run.index),
-            )
-            told += doubts(prepared.scene, result)
-        return _status(result), _row(prepared, result, most.max_wall) | _warnings(told)
+        with job.limits.kept(most, job.name(run)), warned() as told:
+            prepared, result = compute(run, shared, keeper=keeper, solve=solve)
+            told += implausible(prepared, result)
+        return stored(prepared, result, told, most)
     except MemoryError as error:
         limit = job.limits.memory
         allowed = f"more memory than allowed: {limit:,} bytes" if limit else "out of memory"
         return Status.FAILED, {"failure_reason": f"{allowed}: {error}"}
     except Exception as error:
         return Status.FAILED, {"failure_reason": f"{type(error).__name__}: {error}"}
-
-
-@contextmanager
-def warned() -> Iterator[list[str]]:
-    """Collect what NumPy and SciPy warn of, that nobody reads on the terminals of workers."""
-    told: list[str] = []
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always", RuntimeWarning)
-        yield told
-    told += [str(each.message) for each in caught]
-
-
-def _warnings(told: Sequence[str]) -> dict[str, Any]:
-    return {"warnings": len(told), "warning": "; ".join(dict.fromkeys(told))}
-
-
-def _told(failure: Failure, max_wall: float | None) -> str:
-    """Reason, time and place of a failure in words."""
-    reason = failure.reason + (f" ({max_wall:g} s)" if failure.reason == OUT_OF_TIME else "")
-    place = "" if np.isnan(failure.x) else f", x = {failure.x:.6g} m, y = {failure.y:.6g} m"
-    return f"{reason} at t = {failure.time:.6g} s{place}"
-
-
-def _status(result: Result) -> Status:
-    if result.failure is not None:
-        return Status.FAILED
-    return Status.OVERRUN if result.ledger.outflow_open > 0 else Status.DONE
-
-
-def _row(prepared: Prepared, result: Result, max_wall: float | None) -> dict[str, Any]:
-    """Values of a run by name of variable; a failed one has no summaries."""
-    profile = profile_values(prepared)
-    # a group holds the rows of all its runs until they are written
-    row: dict[str, Any] = {v.name: np.asarray(getattr(result, v.name), v.dtype) for v in FIELDS}
-    row |= profile
-    row |= {
-        "volume_asked": prepared.volume_asked,
-        "volume_released": result.ledger.released,
-        "volume_lost": prepared.volume_lost,
-        "volume_in": result.ledger.inflow,
-        "volume_out": result.ledger.outflow,
-        "volume_error": result.ledger.error,
-        "steps": result.steps,
-        "last_time": result.time,
-        "rest_time": result.rest_time,
-        "wall_time": result.wall_time,
-        "cpu_time": result.cpu_time,
-    }
-    if result.failure is not None:
-        return row | {
-            "failure_reason": _told(result.failure, max_wall),
-            "failure_time": result.failure.time,
-            "failure_x": result.failure.x,
-            "failure_y": result.failure.y,
-        }
-    return row | summarise(
-        prepared.scene.points,
-        profile["elevation"],
-        profile["horizontal_distance"],
-        prepared.scene.depth,
-        result.deposit_depth,
-        result.max_depth,
-        result.max_speed,
-        prepared.threshold,
-    )

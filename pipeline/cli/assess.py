@@ -8,7 +8,9 @@ from typing import Annotated
 
 import typer
 
-from pipeline.cli.options import BAD_INPUT, TROUBLE, Out, Store, end, ending
+import pipeline
+from pipeline.cli.exit_codes import exit_on_errors
+from pipeline.cli.options import Out, Store
 
 
 class Kind(StrEnum):
@@ -27,18 +29,13 @@ def tables(
     ] = None,
 ) -> None:
     """Table runs, scenarios and receptors, with the runs behind each number and its bounds."""
-    from pipeline.assess.tables import assess, write
+    from pipeline.cli.display import working
     from pipeline.store.storage import at_hand
 
-    with ending({FileNotFoundError: BAD_INPUT, ValueError: BAD_INPUT}):
-        made = assess(out)
-    try:
-        with ending({OSError: TROUBLE}):
-            paths = write(made, to or at_hand(out / "tables"), kind or [Kind.CSV, Kind.MARKDOWN])
-    except ImportError:
-        end("Parquet needs pyarrow: pip install 'lmls[parquet]'")
-    for path in paths:
-        typer.echo(str(path))
+    with exit_on_errors(reading=True), working("tables") as told:
+        pipeline.assessment_tables(
+            out, to=to or at_hand(out / "tables"), kinds=kind or [Kind.CSV, Kind.MARKDOWN], tell=told.line
+        )
 
 
 def sensitivity(
@@ -49,19 +46,13 @@ def sensitivity(
     ] = None,
 ) -> None:
     """Table which varied parameter drives run-out, deposit and what reaches receptors."""
-    from pipeline.assess.sensitivity import sensitivity as indices
+    from pipeline.cli.display import working
     from pipeline.store import run_table
     from pipeline.store.place import indices_path
 
     path = to or indices_path(out)
-    try:
-        with ending({FileNotFoundError: BAD_INPUT, ValueError: BAD_INPUT, OSError: TROUBLE}):
-            found = indices(out, lambda line: typer.echo(line, err=True))
-            if len(found):
-                run_table.write(found, path)
-    except ImportError as error:
-        extra = "parquet" if "arrow" in str(error) else "sensitivity"
-        end(f"{error}: pip install 'lmls[{extra}]'")
+    with exit_on_errors(reading=True), working("sensitivity") as told:
+        found = pipeline.sensitivity_indices(out, to=path, warn=told.warning)
     if found.empty:
         raise typer.Exit(1)
     typer.echo(run_table.markdown(found))
@@ -85,28 +76,17 @@ def calibrate(
     ] = None,
 ) -> None:
     """Score runs by an observed deposit; table the best ones and the ranges of their parameters."""
-    from pipeline.assess.calibration import posterior, score
-    from pipeline.assess.observed import ObservationError, read
-    from pipeline.assess.tables import write
-    from pipeline.scenario.scenario import stored
+    from pipeline.cli.display import working
     from pipeline.store import run_table
     from pipeline.store.storage import at_hand
-    from pipeline.store.zarr_store import open_store
 
-    codes = {FileNotFoundError: BAD_INPUT, ObservationError: BAD_INPUT, OSError: TROUBLE}
-    with ending(codes), open_store(store) as opened:
-        least = threshold if threshold is not None else stored(opened.attrs).output.threshold
-        if least is None:
-            end("--threshold: expected a depth, as the scenario gives no output.threshold")
-        try:
-            deposit = read(observed, opened, least)
-        except ImportError as error:
-            end(f"{error}: pip install 'lmls[geo]'")
-        scores = score(opened, deposit, least)
-        made = {"scores": scores, "parameters": posterior(opened, scores, accepted)}
-        folder = to or at_hand(store.with_name(f"{store.stem}-calibration"))
-        paths = write(made, folder, [Kind.CSV, Kind.MARKDOWN])
-    typer.echo(run_table.markdown(scores.head(10)))
+    folder = to or at_hand(store.with_name(f"{store.stem}-calibration"))
+    written: list[str] = []
+    with exit_on_errors(reading=True), working("calibrate"):
+        made = pipeline.calibrate(
+            store, observed, threshold=threshold, accepted=accepted, to=folder, tell=written.append
+        )
+    typer.echo(run_table.markdown(made["scores"].head(10)))
     typer.echo(run_table.markdown(made["parameters"]))
-    for path in paths:
-        typer.echo(str(path))
+    for path in written:
+        typer.echo(path)

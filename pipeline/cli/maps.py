@@ -1,4 +1,4 @@
-"""Commands that make maps of what a place holds; heavy imports stand inside them."""
+"""Commands that draw what a place holds: pictures, maps, the report."""
 
 from __future__ import annotations
 
@@ -7,12 +7,64 @@ from typing import Annotated
 
 import typer
 
-from pipeline.cli.options import BAD_INPUT, TROUBLE, Out, end, ending, read_numbers
+import pipeline
+from pipeline.cli.exit_codes import end, exit_on_errors
+from pipeline.cli.options import Out, Store, read_numbers
 
 Thresholds = Annotated[
     str | None,
     typer.Option(metavar="NUMBERS", help="Thresholds as 0.5,1,2.", show_default="those of the scenario"),
 ]
+RunShown = Annotated[
+    int | None,
+    typer.Option(min=0, help="Position of the run shown in motion.", show_default="that of median run-out"),
+]
+
+
+def plot(
+    store: Store,
+    run: Annotated[int, typer.Option(min=0, help="Position of the run in the store.")] = 0,
+    times: Annotated[
+        str | None,
+        typer.Option(
+            metavar="SECONDS",
+            help="Times as 0,30,60; the nearest output times are drawn.",
+            show_default="at most 12, evenly spread",
+        ),
+    ] = None,
+    to: Annotated[
+        Path | None,
+        typer.Option(help="Picture to write.", show_default="STORE with .png for .zarr; of a URL, here"),
+    ] = None,
+) -> None:
+    """Draw the depth of a run at its output times."""
+    from pipeline.assess.plots import depth_panels
+    from pipeline.cli.display import working
+    from pipeline.store.storage import at_hand
+    from pipeline.store.zarr_store import open_store
+
+    path = to or at_hand(store.with_suffix(".png"))
+    chosen = read_numbers("--times", times, zero=True)
+    with exit_on_errors(reading=True), working("plot"), open_store(store) as opened:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        depth_panels(opened, run, path, times=chosen)
+    typer.echo(str(path))
+
+
+def figures(
+    out: Out,
+    to: Annotated[
+        Path | None, typer.Option(help="Folder to write to.", show_default="OUT/figures; of a URL, figures")
+    ] = None,
+) -> None:
+    """Draw and table the runs of a place side by side, as the paper's figures 3 to 7 do."""
+    from pipeline.cli.display import working
+    from pipeline.report.comparison import draw
+    from pipeline.store.storage import at_hand
+
+    with exit_on_errors(reading=True), working("figures") as told:
+        for path in draw(out, to or at_hand(out / "figures")):
+            told.line(str(path))
 
 
 def hazard(
@@ -33,45 +85,37 @@ def hazard(
     with their bounds, quantiles, arrival, intensity and level of hazard, as NetCDF and PNG; with a
     georeference also as GeoTIFF, NetCDF and GeoPackage in its reference system.
     """
-    from pipeline.assess.ensemble import NotTogetherError
-    from pipeline.hazard.map_files import write_maps
-    from pipeline.hazard.mapping import WHOLE, of_place, write
+    from pipeline.cli.display import working
     from pipeline.store.storage import at_hand
 
-    given = {"depth": depth, "speed": speed, "momentum_flux": momentum_flux, "pressure": pressure}
-    read = {name: read_numbers(f"--{name.replace('_', '-')}", text) for name, text in given.items()}
-    thresholds = {name: values for name, values in read.items() if values is not None}
     if spacing is not None and not spacing > 0:
         end(f"--spacing: expected a number above 0, found {spacing:g}")
-    top = to or at_hand(out / "hazard")
-    with ending({FileNotFoundError: BAD_INPUT, ValueError: BAD_INPUT, OSError: TROUBLE}):
-        try:
-            for name, found in of_place(out, thresholds, spacing):
-                typer.echo(f"{name}: {found.attrs['comment']}")
-                folder = top if name == WHOLE else top / name
-                typer.echo(str(write(found, folder)))
-                for path in write_maps(found, folder, _tell) if maps else ():
-                    typer.echo(str(path))
-        except NotTogetherError as error:
-            typer.echo(f"no map over all scenarios: {error}", err=True)
+    thresholds = {
+        "depth": read_numbers("--depth", depth),
+        "speed": read_numbers("--speed", speed),
+        "momentum_flux": read_numbers("--momentum-flux", momentum_flux),
+        "pressure": read_numbers("--pressure", pressure),
+    }
+    with exit_on_errors(reading=True), working("hazard") as told:
+        pipeline.hazard_maps(
+            out,
+            to=to or at_hand(out / "hazard"),
+            **thresholds,
+            spacing=spacing,
+            pictures=maps,
+            tell=told.line,
+            warn=told.warning,
+        )
 
 
 def report(
     out: Out,
     to: Annotated[Path | None, typer.Option(help="Page to write.", show_default="OUT/report.html")] = None,
-    run: Annotated[
-        int | None,
-        typer.Option(
-            min=0, help="Position of the run shown in motion.", show_default="that of median run-out"
-        ),
-    ] = None,
+    run: RunShown = None,
 ) -> None:
     """Write one page about a place: maps, run-out, ledger, failures, versions; it needs no network."""
-    from pipeline.report.page import report as write
+    from pipeline.cli.display import working
 
-    with ending({FileNotFoundError: BAD_INPUT, ValueError: BAD_INPUT, OSError: TROUBLE}):
-        typer.echo(str(write(out, to or out / "report.html", run)))
-
-
-def _tell(line: str) -> None:
-    typer.echo(line, err=True)
+    with exit_on_errors(reading=True), working("report"):
+        page = pipeline.write_report(out, to, run=run)
+    typer.echo(str(page))

@@ -13,7 +13,7 @@ import xarray as xr
 
 from pipeline.assess.georeference import Frame, GeoreferenceError, north_up
 from pipeline.hazard.layers import BANDS, Layer, layers
-from pipeline.store.storage import whole
+from pipeline.store.folder import whole
 
 if TYPE_CHECKING:
     from shapely import MultiPolygon
@@ -161,7 +161,7 @@ def _rows(
 ) -> Iterator[tuple[MultiPolygon, dict[str, Any]]]:
     runs = {
         "runs": found.attrs["comment"],
-        "runs_done": found.attrs["runs_done"] + found.attrs["runs_overrun"],
+        "runs_done": found.attrs["runs_done"],
         "runs_planned": found.attrs["runs_planned"],
     }
     for layer in layers(found):

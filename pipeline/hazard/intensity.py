@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from pipeline.assess.exceedance import BOUNDS, Shares, in_parts, share
+from pipeline.assess.ensemble import periods
+from pipeline.assess.probability import BOUNDS, Bounds, in_parts, share
 from pipeline.settings.hazard import Hazard, Intensity, Levels
 
 CLASSES = ("none", "weak", "medium", "strong")
@@ -44,7 +47,7 @@ def _classes(
     return np.where(reached, table[row, column], np.int8(0))
 
 
-def shares(runs: xr.Dataset, settings: Hazard) -> Shares:
+def shares(runs: xr.Dataset, settings: Hazard) -> Bounds:
     """Give the share of runs that reach each class, along ``intensity_class`` 1 to 3, with bounds.
 
     Parameters
@@ -63,7 +66,7 @@ def shares(runs: xr.Dataset, settings: Hazard) -> Shares:
     return {bound: values.transpose("intensity_class", ...) for bound, values in held.items()}
 
 
-def usual(shares: Shares, least: float) -> Shares:
+def usual(shares: Bounds, least: float) -> Bounds:
     """Give the highest class that a least share of the runs reaches, ``UNKNOWN`` where none was computed."""
     found = {}
     for bound in BOUNDS:
@@ -73,25 +76,44 @@ def usual(shares: Shares, least: float) -> Shares:
     return found
 
 
-def levels(runs: xr.Dataset, settings: Hazard) -> Shares:
-    """Give the level of hazard: the highest over the classes of return period, each from its own runs.
+@dataclass(frozen=True)
+class OfPeriod:
+    """Classes of intensity of the events of one return period, or of one class of periods.
+
+    shortest, longest : years. classes : by bound, over y and x, ``UNKNOWN`` where no run was computed.
+    """
+
+    shortest: float
+    longest: float
+    classes: Bounds
+
+
+def by_period(runs: xr.Dataset, settings: Hazard) -> list[OfPeriod]:
+    """Give the class of intensity that a least share of the runs of each return period reaches.
 
     Parameters
     ----------
     runs : Dataset
         An ensemble with return periods, years.
     settings : Hazard
-        For both matrices and the share of runs that makes a class.
+        For the matrix of intensity, the share of runs that makes a class, and the classes that return periods
+        are put into where they are many.
     """
-    runs = runs.isel(run=np.flatnonzero(runs["weight"].to_numpy() > 0))
-    years = runs["return_period"].to_numpy()
-    column = np.searchsorted(np.asarray(settings.levels.return_periods), years)
-    found: Shares = {}
-    for one in np.unique(column):
-        some = runs.isel(run=np.flatnonzero(column == one))
-        some = some.assign_coords(weight=some["weight"] / some["weight"].sum())
-        for bound, intensity in usual(shares(some, settings), settings.share).items():
-            level = _level(intensity, settings.levels, int(one))
+    found = []
+    for period in periods(runs, settings.levels.return_periods):
+        some = runs.isel(run=period.runs).assign_coords(weight=("run", period.weight))
+        classes = usual(shares(some, settings), settings.share)
+        found.append(OfPeriod(period.shortest, period.longest, classes))
+    return found
+
+
+def levels(of_periods: Sequence[OfPeriod], matrix: Levels) -> Bounds:
+    """Give the level of hazard: the highest over the return periods, each by the classes of its own runs."""
+    found: Bounds = {}
+    for each in of_periods:
+        column = int(np.searchsorted(np.asarray(matrix.return_periods), each.longest))
+        for bound, classes in each.classes.items():
+            level = _level(classes, matrix, column)
             before = found.get(bound, level)
             unknown = (before == UNKNOWN) | (level == UNKNOWN)
             found[bound] = level.where(level > before, before).where(~unknown, UNKNOWN).astype(np.int8)

@@ -8,10 +8,10 @@ from typing import Literal
 
 import xarray as xr
 
-from pipeline.assess.exceedance import BOUNDS
+from pipeline.assess.probability import BOUNDS
 
 BANDS = {"": "estimate", "_lower": "lower bound", "_upper": "upper bound"}
-Kind = Literal["share", "value", "time", "class"]
+Kind = Literal["share", "rate", "value", "time", "class"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,7 +19,7 @@ class Layer:
     """One map.
 
     name : of its files. title, units : for people. kind : what its values are. values : by bound, over y and
-    x; a quantile or a time has no bounds. threshold : what is exceeded, in ``threshold_units``.
+    x; a time has no bounds. threshold : what is exceeded, in ``threshold_units``.
     """
 
     name: str
@@ -44,22 +44,42 @@ def layers(found: xr.Dataset) -> Iterator[Layer]:
         if what == "exceedance" and f"{quantity}_threshold" in found.coords:
             yield from _thresholds(found, quantity)
         elif what == "quantile":
-            for values in found[name].transpose("quantile", ...):
-                level = values["quantile"].item()
+            for i, level in enumerate(found["quantile"].to_numpy().tolist()):
                 title = f"{_words(quantity)} that {level:g} of the runs keep to"
                 units = found[name].attrs["units"]
-                plain = values.drop_vars("quantile")
-                yield Layer(f"{name}_{level:g}", title, units, "value", {"": plain}, quantity)
+                values = {
+                    bound: part.isel(quantile=i, drop=True)
+                    for bound, part in _bounds(found, str(name)).items()
+                }
+                yield Layer(f"{name}_{level:g}", title, units, "value", values, quantity)
     if "arrival_share" in found:
         yield Layer(
             "arrival_share", "share of runs that arrive", "1", "share", _bounds(found, "arrival_share")
         )
+        if "arrival_rate" in found:
+            title = "events a year that arrive"
+            yield Layer("arrival_rate", title, "year-1", "rate", _bounds(found, "arrival_rate"))
         times = found["arrival_time"]
         yield Layer("arrival_time", "mean time of arrival", times.attrs["units"], "time", {"": times})
     for name in ("intensity", "hazard_level"):
         if name in found:
             title = found[name].attrs["long_name"]
             yield Layer(name, title, "", "class", _bounds(found, name))
+    if "period_intensity" in found:
+        yield from _periods(found)
+
+
+def _periods(found: xr.Dataset) -> Iterator[Layer]:
+    """List the maps of intensity of each return period."""
+    first, last = (found[name].to_numpy() for name in ("shortest_return_period", "return_period"))
+    for i, (shortest, longest) in enumerate(zip(first, last, strict=True)):
+        values = {
+            bound: part.isel(return_period=i, drop=True)
+            for bound, part in _bounds(found, "period_intensity").items()
+        }
+        span = f"{longest:g}" if shortest == longest else f"{shortest:g} to {longest:g}"
+        title = f"class of intensity of events of a return period of {span} years"
+        yield Layer(f"intensity_{longest:g}_years", title, "", "class", values)
 
 
 def _thresholds(found: xr.Dataset, quantity: str) -> Iterator[Layer]:

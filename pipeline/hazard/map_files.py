@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable
 from pathlib import Path
 
@@ -13,6 +14,8 @@ from pipeline.hazard import geo_files
 from pipeline.hazard.layers import layers
 from pipeline.hazard.pictures import draw
 from pipeline.settings.hazard import Georeference
+
+_log = logging.getLogger(__name__)
 
 WITHOUT_GEO = "no GeoTIFF and GeoPackage without the extra geo: pip install 'lmls[geo]'"
 
@@ -50,4 +53,8 @@ def write_maps(found: xr.Dataset, folder: Path, tell: Callable[[str], None]) -> 
             written = geo_files.write(found, placed, shares, folder)
         except ImportError:
             tell(WITHOUT_GEO)
-    return [*(draw(layer, found, placed, folder / f"{layer.name}.png") for layer in layers(found)), *written]
+    pictures = []
+    for layer in layers(found):
+        _log.info("%s: %s", found.attrs["title"], layer.name)
+        pictures.append(draw(layer, found, placed, folder / f"{layer.name}.png"))
+    return [*pictures, *written]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import logging
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,25 +12,42 @@ import dask
 import numpy as np
 import xarray as xr
 
-from pipeline.assess.ensemble import Counts, NotTogetherError, counts, ensemble, together
-from pipeline.assess.exceedance import BOUNDS, Shares, exceedance, mean_arrival, quantiles, share
+from pipeline.assess.ensemble import (
+    Counts,
+    NotTogetherError,
+    counts,
+    ensemble,
+    events_per_year,
+    together,
+)
+from pipeline.assess.probability import BOUNDS, Bounds, exceedance, mean_arrival, quantiles, share
 from pipeline.hazard import intensity
+from pipeline.runs import profile_ends
 from pipeline.scenario.scenario import stored
 from pipeline.settings.hazard import Hazard
+from pipeline.store.folder import whole
 from pipeline.store.place import store_paths
-from pipeline.store.storage import whole
-from pipeline.store.variables import COORDINATES
+from pipeline.store.storage import Location
+from pipeline.store.variables import COORDINATES, RETURN_PERIOD
 from pipeline.store.zarr_store import open_store
 
+_log = logging.getLogger(__name__)
+
 FILE = "hazard.nc"
+SHORTEST = "shortest_return_period"
 WHOLE = "all scenarios"
 # each holds a chunk of runs
 THREADS = 2
 PASCALS = 1000.0
 BOUND_NAMES = {
     "": "",
-    "_lower": ", if no failed or pending run does, and overrun ones do as they were computed",
-    "_upper": ", if all failed, pending and overrun runs do",
+    "_lower": ", if no failed or pending run does, and overrun and cut-off ones do as they were computed",
+    "_upper": ", if all failed, pending, overrun and cut-off runs do",
+}
+QUANTILE_NAMES = {
+    "": " over the computed runs",
+    "_lower": " over all runs, if what is not known is 0",
+    "_upper": " over all runs, if what is not known is above all; missing where it is above all then",
 }
 
 
@@ -51,7 +69,7 @@ QUANTITIES = (
 )
 
 
-def hazard(runs: xr.Dataset, settings: Hazard) -> xr.Dataset:
+def map_hazard(runs: xr.Dataset, settings: Hazard) -> xr.Dataset:
     """Map the hazard of an ensemble.
 
     Parameters
@@ -67,7 +85,7 @@ def hazard(runs: xr.Dataset, settings: Hazard) -> xr.Dataset:
         Loaded, over ``y`` and ``x``: ``<quantity>_exceedance`` by ``<quantity>_threshold``,
         ``<quantity>_quantile`` by ``quantile``, ``arrival_share``, ``arrival_time``,
         ``intensity_exceedance`` by ``intensity_class``, ``intensity``, and with return periods
-        ``hazard_level``. Shares, classes and levels come with ``_lower`` and ``_upper``. What needs a
+        ``hazard_level``. Bounds, classes and levels come with ``_lower`` and ``_upper``. What needs a
         maximum that was not kept is not there.
     """
     found = xr.Dataset(coords={name: c for name, c in runs.coords.items() if "run" not in c.dims})
@@ -81,7 +99,10 @@ def hazard(runs: xr.Dataset, settings: Hazard) -> xr.Dataset:
             found.update(_arrival(runs))
         if {"max_depth", "max_speed"} <= set(runs):
             found.update(_classes(runs, settings))
-    return found.assign_attrs(_attributes(counts(runs), settings))
+    frequency = events_per_year(runs)
+    if frequency is not None:
+        found.update(_rates(found, frequency))
+    return found.assign_attrs(_attributes(counts(runs), settings, frequency))
 
 
 def _quantity(quantity: Quantity, runs: xr.Dataset, settings: Hazard) -> xr.Dataset:
@@ -101,12 +122,12 @@ def _quantity(quantity: Quantity, runs: xr.Dataset, settings: Hazard) -> xr.Data
         about = {"long_name": f"threshold of the {quantity.long_name}", "units": quantity.units}
         found = found.assign_coords({dim: (dim, thresholds, about)})
     if thresholds.size or quantity.name in ("depth", "speed"):
-        values = quantiles(runs[quantity.field], settings.quantiles, runs)
-        values = values**2 * settings.density / PASCALS if pressure else values
-        about = {"long_name": f"quantile of the {quantity.long_name}", "units": quantity.units}
-        values.attrs = about
-        found[f"{quantity.name}_quantile"] = values.astype(np.float32)
-        found["quantile"].attrs = {"long_name": "share of computed runs that keep to the value", "units": "1"}
+        for bound, values in quantiles(runs[quantity.field], settings.quantiles, runs).items():
+            values = values**2 * settings.density / PASCALS if pressure else values
+            name = f"quantile of the {quantity.long_name}{QUANTILE_NAMES[bound]}"
+            about = {"long_name": name, "units": quantity.units}
+            found[f"{quantity.name}_quantile{bound}"] = values.astype(np.float32).assign_attrs(about)
+        found["quantile"].attrs = {"long_name": "share of runs that keep to the value", "units": "1"}
     return found
 
 
@@ -132,10 +153,24 @@ def _classes(runs: xr.Dataset, settings: Hazard) -> xr.Dataset:
         {dim: (dim, np.arange(1, 4, dtype=np.int8), _flags(intensity.CLASSES[1:], 1))}
     )
     shares = {bound: found[f"intensity_exceedance{bound}"].drop_vars(dim) for bound in BOUNDS}
-    mapped: dict[str, tuple[Shares, Sequence[str], str]] = {}
+    mapped: dict[str, tuple[Bounds, Sequence[str], str]] = {}
     mapped["intensity"] = (intensity.usual(shares, settings.share), intensity.CLASSES, "class of intensity")
-    if "return_period" in runs.coords:
-        mapped["hazard_level"] = (intensity.levels(runs, settings), intensity.LEVELS, "level of hazard")
+    of_periods = intensity.by_period(runs, settings)
+    if of_periods:
+        mapped["hazard_level"] = (
+            intensity.levels(of_periods, settings.levels),
+            intensity.LEVELS,
+            "level of hazard",
+        )
+        along: Bounds = {
+            bound: xr.concat([each.classes[bound] for each in of_periods], RETURN_PERIOD.name)
+            for bound in BOUNDS
+        }
+        mapped["period_intensity"] = (along, intensity.CLASSES, "class of intensity of events of the period")
+        for name, end in ((RETURN_PERIOD.name, "longest"), (SHORTEST, "shortest")):
+            years = [getattr(each, end) for each in of_periods]
+            said = {"long_name": f"{end} return period of the events", "units": "year"}
+            found = found.assign_coords({name: (RETURN_PERIOD.name, years, said)})
     for name, (values, words, long_name) in mapped.items():
         for bound in BOUNDS:
             about = {"long_name": long_name + BOUND_NAMES[bound], **_flags(words, 0)}
@@ -145,12 +180,29 @@ def _classes(runs: xr.Dataset, settings: Hazard) -> xr.Dataset:
     return found
 
 
+def _rates(found: xr.Dataset, frequency: float) -> xr.Dataset:
+    """Give the events a year of every share."""
+    rates = {}
+    for name, shares in found.data_vars.items():
+        base, bound = next(
+            (str(name).removesuffix(bound), bound) for bound in reversed(BOUNDS) if str(name).endswith(bound)
+        )
+        if not base.endswith(("_exceedance", "_share")):
+            continue
+        rate = (shares.astype(np.float64) * frequency).astype(np.float32)
+        words = str(shares.attrs["long_name"]).replace("share of runs", "events a year", 1)
+        rates[f"{base.removesuffix('_share')}_rate{bound}"] = rate.assign_attrs(
+            long_name=words, units="year-1"
+        )
+    return xr.Dataset(rates)
+
+
 def _flags(words: Sequence[str], first: int) -> dict[str, object]:
     values = np.arange(first, first + len(words), dtype=np.int8)
     return {"flag_values": values, "flag_meanings": " ".join(words)}
 
 
-def _shares(name: str, shares: Shares, long_name: str) -> xr.Dataset:
+def _shares(name: str, shares: Bounds, long_name: str) -> xr.Dataset:
     """Compute a share and its bounds in one go."""
     found = xr.Dataset(
         {name + bound: values.astype(np.float32) for bound, values in shares.items()}
@@ -160,8 +212,9 @@ def _shares(name: str, shares: Shares, long_name: str) -> xr.Dataset:
     return found
 
 
-def _attributes(count: Counts, settings: Hazard) -> dict[str, object]:
+def _attributes(count: Counts, settings: Hazard, frequency: float | None) -> dict[str, object]:
     return {
+        **({} if frequency is None else {"events_per_year": frequency}),
         "Conventions": "CF-1.12",
         "comment": str(count),
         **count.attributes,
@@ -174,13 +227,13 @@ def _attributes(count: Counts, settings: Hazard) -> dict[str, object]:
 
 
 def of_place(
-    out: Path, thresholds: Mapping[str, tuple[float, ...]], spacing: float | None = None
+    out: Location, thresholds: Mapping[str, tuple[float, ...]], spacing: float | None = None
 ) -> Iterator[tuple[str, xr.Dataset]]:
     """Map the hazard of each scenario of a place, then of all together under the name `WHOLE`.
 
     Parameters
     ----------
-    out : Path
+    out : Location
         The place.
     thresholds : mapping
         Thresholds by name of quantity, in place of those of the scenarios.
@@ -200,17 +253,23 @@ def of_place(
     asked: dict[str, Hazard] = {}
     grounds: dict[str, str] = {}
     marks: dict[str, str] = {}
+    beyond = 0
     for path in store_paths(out):
         store = open_store(path)
         name = str(store.attrs["title"])
         settings = stored(store.attrs)
         asked[name] = settings.hazard.model_copy(update=dict(thresholds))
         ground = settings.georeference
-        grounds[name] = "" if ground is None else ground.model_dump_json()
+        # what receptors and releases are given in says nothing of where the profile lies
+        where = {"receptors", "releases"}
+        grounds[name] = "" if ground is None else ground.model_dump_json(exclude=where)
         held[name] = ensemble(store, spacing)
         about = {key: store.attrs[key] for key in ("scenario_hash", "solver_hash", "lmls_version")}
         marks[name] = json.dumps([receptor.model_dump(mode="json") for receptor in settings.receptors])
-        found = hazard(held[name], asked[name])
+        beyond += (count := profile_ends.count(store["warning"].to_numpy()))
+        _log.info("maps of %s", name)
+        found = map_hazard(held[name], asked[name])
+        found.attrs["comment"] += profile_ends.note(count)
         about |= {"georeference": grounds[name], "receptors": marks[name]}
         yield name, found.assign_attrs(title=name, **about)
     if len(held) > 1:
@@ -221,7 +280,8 @@ def of_place(
                 raise NotTogetherError(f"{first} and {other} differ in what is asked for under hazard")
             if grounds[other] != grounds[first]:
                 raise NotTogetherError(f"{first} and {other} differ in their georeference")
-        found = hazard(runs, asked[first])
+        found = map_hazard(runs, asked[first])
+        found.attrs["comment"] += profile_ends.note(beyond)
         about = {"georeference": grounds[first], "scenarios": ", ".join(held)}
         # receptors of one scenario need not be those of another
         alike = len({*marks.values()}) == 1

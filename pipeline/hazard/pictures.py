@@ -28,6 +28,7 @@ Array = NDArray[np.float64]
 WIDTH = 8.0
 # what a few runs of a hundred do can be told from nothing
 SHARES = (0.01, 0.05, 0.1, 0.25, 0.5, 0.75, 0.9, 1.0)
+RATES = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0)
 # those of the Swiss hazard maps
 LEVEL_COLOURS = ("#fdf6c3", "#fee45c", "#4f8fcc", "#d7352b")
 UNKNOWN_COLOUR = "0.8"
@@ -128,8 +129,8 @@ class _Colours:
             self.norm = BoundaryNorm(np.arange(-1.5, len(self.words) + 1), self.map.N)
             return
         self.map = colormaps[COLOURS]
-        if layer.kind == "share":
-            self.levels = np.array(SHARES)
+        if layer.kind in ("share", "rate"):
+            self.levels = np.array(SHARES if layer.kind == "share" else RATES)
         else:
             largest = float(np.nanmax([layer.values[""].fillna(0).max(), 1e-6]))
             self.levels = np.asarray(MaxNLocator(LEVELS, min_n_ticks=5).tick_values(0, largest))
@@ -161,7 +162,7 @@ class _Colours:
     def explain(self, figure: Figure, panels: Sequence[Axes]) -> None:
         """Add the legend."""
         if self.layer.kind != "class":
-            names = {"share": "share of runs", "time": "time"}
+            names = {"share": "share of runs", "rate": "events a year", "time": "time"}
             label = names.get(self.layer.kind, self.layer.quantity.replace("_", " "))
             units = f" ({self.layer.units})" if self.layer.units != "1" else ""
             bar = figure.colorbar(
@@ -287,6 +288,6 @@ def _sources(layer: Layer, found: xr.Dataset) -> list[str]:
     if layer.kind != "class":
         return []
     share = f"reached by {found.attrs['intensity_share']:.3g} of the runs or more"
-    names = ["intensity"] if layer.name == "intensity" else ["intensity", "level"]
+    names = ["intensity", "level"] if layer.name == "hazard_level" else ["intensity"]
     sources = dict.fromkeys(found.attrs[f"{name}_source"] for name in names)
     return [f"{share}; after {'; '.join(sources)}"]

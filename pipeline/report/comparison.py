@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -15,8 +16,11 @@ from pipeline.assess.frames import follow, mean_spacing
 from pipeline.assess.plots import depth_panels, title_of
 from pipeline.store.place import store_paths
 from pipeline.store.run_table import markdown
+from pipeline.store.storage import Location
 from pipeline.store.variables import Status
 from pipeline.store.zarr_store import open_store
+
+_log = logging.getLogger(__name__)
 
 PANELS = 8
 # round-off of a sum over single-precision frames
@@ -24,12 +28,12 @@ LEAST_ERROR = 1e-8
 COLUMNS = ("front_x", "tail_x", "half_width", "deepest", "volume_error", "body_speed", "film_speed")
 
 
-def draw(out: Path, to: Path) -> list[Path]:
+def draw(out: Location, to: Path) -> list[Path]:
     """Draw profile, points, depth contours and volume errors of all stores of a place, and table their runs.
 
     Parameters
     ----------
-    out : Path
+    out : Location
         The place.
     to : Path
         Folder for the pictures (PNG) and the table (CSV and Markdown); made where it is missing.
@@ -59,6 +63,7 @@ def draw(out: Path, to: Path) -> list[Path]:
             one = store.isel(run=slice(run, run + 1))
             if Status(int(one["status"][0])) is Status.PENDING:
                 continue
+            _log.info("%s: run %d of %d", name, run + 1, store.sizes["run"])
             courses.append((title_of(store, run), follow(one).isel(run=0).load()))
             if (courses[-1][1].time.where(courses[-1][1]["volume"].notnull()) > 0).any():
                 written.append(to / f"depth-{name}-{run}.png")

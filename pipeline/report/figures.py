@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from io import BytesIO
 
 import numpy as np
@@ -20,7 +19,6 @@ from pipeline.assess.georeference import Frame
 from pipeline.assess.gridding import gridded
 from pipeline.assess.plots import COLOURS, LEVELS, title_of
 from pipeline.assess.tables import values
-from pipeline.store.variables import COMPUTED
 
 CURVE_POINTS = 400
 FRAMES = 40
@@ -42,14 +40,13 @@ def runout_curve(store: xr.Dataset) -> bytes | None:
         None where no run has a run-out.
     """
     reach = values(store, "runout_distance")
-    if not reach.known.any():
+    finite = reach.value[np.isfinite(reach.value)]
+    if not finite.size:
         return None
-    low, high = float(np.nanmin(reach.value)), float(np.nanmax(reach.value))
+    low, high = float(finite.min()), float(finite.max())
     margin = 0.05 * (high - low) or 0.05 * abs(high) or 1.0
     distance = np.linspace(low - margin, high + margin, CURVE_POINTS)
-    # a run that ends without a deposit runs out nowhere
-    nowhere = ~reach.known & store["status"].isin(COMPUTED).to_numpy()
-    shares = replace(reach, value=np.where(nowhere, -np.inf, reach.value)).exceedance(distance)
+    shares = reach.exceedance(distance)
     figure = Figure(figsize=(WIDTH, 4), layout="compressed", dpi=150)
     axes = figure.subplots()
     if not np.allclose(shares.lower, shares.upper):
@@ -59,9 +56,9 @@ def runout_curve(store: xr.Dataset) -> bytes | None:
             shares.upper,
             color=colormaps[COLOURS](0.35),
             linewidth=0,
-            label="bounds for runs that are failed, pending or overrun",
+            label="bounds for runs that are failed, pending, overrun or cut off",
         )
-    axes.plot(distance, shares.estimate, color=colormaps[COLOURS](0.9), linewidth=1.6, label="runs done")
+    axes.plot(distance, shares.estimate, color=colormaps[COLOURS](0.9), linewidth=1.6, label="computed runs")
     axes.set_xlabel("run-out: horizontal distance from the crown of the release to the deposit's toe (m)")
     axes.set_ylabel("share of runs that go farther")
     axes.set_xlim(distance[0], distance[-1])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import logging
 import re
 import tempfile
 from collections.abc import Sequence
@@ -13,7 +14,7 @@ import numpy as np
 import xarray as xr
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from pipeline.assess.ensemble import NotTogetherError
+from pipeline.assess.ensemble import NotTogetherError, computed
 from pipeline.assess.georeference import Frame
 from pipeline.hazard.layers import Layer, layers
 from pipeline.hazard.map_files import ground
@@ -23,10 +24,11 @@ from pipeline.report.figures import animation, runout_curve
 from pipeline.report.tables import TABLES, Table, what_matters
 from pipeline.store import storage
 from pipeline.store.place import indices_path, store_path, store_paths
-from pipeline.store.variables import COMPUTED
+from pipeline.store.storage import Location
 from pipeline.store.zarr_store import open_store
 
 TEMPLATE = "report.html"
+_log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -53,14 +55,14 @@ class Chapter:
     text: str = ""
 
 
-def report(out: Path, to: Path, run: int | None = None) -> Path:
+def write_report(out: Location, to: Location, run: int | None = None) -> Location:
     """Write the page about a place.
 
     Parameters
     ----------
-    out : Path
+    out : Location
         The place.
-    to : Path
+    to : Location
         The page; one that was there is replaced.
     run : int, optional
         Position of the run that is shown in motion; by default, of each scenario, the computed one whose
@@ -68,7 +70,7 @@ def report(out: Path, to: Path, run: int | None = None) -> Path:
 
     Returns
     -------
-    Path
+    Location
         The page.
 
     Raises
@@ -101,13 +103,14 @@ def report(out: Path, to: Path, run: int | None = None) -> Path:
     return to
 
 
-def _has_frames(path: Path, run: int) -> bool:
+def _has_frames(path: Location, run: int) -> bool:
     with open_store(path) as store:
         return "depth" in store and run < store.sizes["run"]
 
 
-def _scenario(out: Path, name: str, found: xr.Dataset, run: int | None) -> Chapter:
+def _scenario(out: Location, name: str, found: xr.Dataset, run: int | None) -> Chapter:
     with open_store(store_path(out, name)) as store:
+        _log.info("page of %s", name)
         placed = ground(found)
         shown = _median(store) if run is None else run
         motion = None
@@ -147,8 +150,9 @@ def _maps(found: xr.Dataset, frame: Frame | None) -> tuple[list[Picture], list[P
     """Draw the maps: those that say most, and the others."""
     held = {layer.name: layer for layer in layers(found)}
     wanted: list[str] = [name for name in ("hazard_level", "intensity") if name in held]
+    wanted += [name for name in held if name.startswith("intensity_")]
     wanted += [name for name, layer in held.items() if layer.threshold is not None][:1]
-    wanted += [name for name in ("arrival_time",) if name in held]
+    wanted += [name for name in ("arrival_rate", "arrival_time") if name in held]
     others = [name for name in held if name not in wanted and held[name].kind == "share"]
     with tempfile.TemporaryDirectory() as folder:
         pictures = [_picture(held[name], found, frame, Path(folder)) for name in (*wanted, *others)]
@@ -162,14 +166,14 @@ def _picture(layer: Layer, found: xr.Dataset, frame: Frame | None, folder: Path)
 
 def _median(store: xr.Dataset) -> int | None:
     """Position of the computed run whose run-out is the median; of any computed one where none has one."""
-    computed = np.flatnonzero(store["status"].isin(COMPUTED).to_numpy())
-    if not computed.size:
-        return None
-    reach = store["runout_distance"].to_numpy()[computed]
-    known = np.flatnonzero(~np.isnan(reach))
+    known = np.flatnonzero(computed(store))
     if not known.size:
-        return int(computed[0])
-    return int(computed[known[np.argsort(reach[known], kind="stable")[(len(known) - 1) // 2]]])
+        return None
+    reach = store["runout_distance"].to_numpy()[known]
+    deposits = np.flatnonzero(~np.isnan(reach))
+    if not deposits.size:
+        return int(known[0])
+    return int(known[deposits[np.argsort(reach[deposits], kind="stable")[(len(deposits) - 1) // 2]]])
 
 
 def _uri(content: bytes, kind: str) -> str:

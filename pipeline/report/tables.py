@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
+from io import BytesIO
 from typing import Any
 
 import numpy as np
@@ -12,10 +12,13 @@ import pandas as pd
 import xarray as xr
 
 from pipeline.assess import tables
+from pipeline.assess.ensemble import computed, counts
+from pipeline.assess.probability import BOUNDS
 from pipeline.assess.receptors import reached
 from pipeline.assess.tables import receptors as table_receptors
 from pipeline.store.provenance import BINDING, PACKAGES, differences
-from pipeline.store.variables import COMPUTED, PER_RUN, VOLUMES, Status
+from pipeline.store.storage import Location
+from pipeline.store.variables import PER_RUN, VOLUMES, Status
 
 MOST_ROWS = 40
 RECEPTOR_HEAD = (
@@ -39,18 +42,19 @@ class Table:
 
 def volume_ledger(store: xr.Dataset) -> Table | None:
     """Table what became of the volume: run by run, or of many runs the least, the median and the largest."""
-    computed = store.isel(run=np.flatnonzero(store["status"].isin([*COMPUTED, Status.FAILED]).to_numpy()))
-    names = [variable.name for variable in VOLUMES]
-    head = [f"{name.removeprefix('volume_')} ({COLUMNS[name].units})" for name in names]
+    ended = store.isel(run=np.flatnonzero((store["status"] != Status.PENDING).to_numpy()))
+    names = [variable.name for variable in VOLUMES if variable.name in store]
+    words = {name: name.removeprefix("volume_").replace("_", " ") for name in names}
+    head = [f"{words[name]} ({COLUMNS[name].units})" for name in names]
     head[-1] = "error"
-    values = np.stack([computed[name].to_numpy() for name in names], axis=1)
+    values = np.stack([ended[name].to_numpy() for name in names], axis=1)
     if not len(values) or np.isnan(values).all():
         return None
     if len(values) <= MOST_ROWS:
         rows = [
             [str(run), Status(int(status)).words.replace("_", " "), *map(number, row)]
             for run, status, row in zip(
-                computed["run"].to_numpy(), computed["status"].to_numpy(), values, strict=True
+                ended["run"].to_numpy(), ended["status"].to_numpy(), values, strict=True
             )
         ]
         return Table("Volume", ["run", "status", *head], rows, LEDGER)
@@ -65,8 +69,10 @@ def volume_ledger(store: xr.Dataset) -> Table | None:
 
 
 LEDGER = (
-    "Lost is what of the release lies outside the domain; in and out is what passed the boundaries; the "
-    "error is that of the ledger, relative to what was released and came in."
+    "Lost is what of the release lies outside the domain; in and out is what passed the boundaries, out open "
+    "what left through open sides; moving is what still moved at the end, faster than a Froude number of "
+    "0.1 by the largest depth of the release; the error is that of the ledger, relative to what was released "
+    "and came in."
 )
 
 
@@ -86,7 +92,7 @@ def receptors(store: xr.Dataset) -> Table | None:
             [
                 str(row["receptor"]),
                 _bounded(row, "probability", "probability_lower", "probability_upper"),
-                f"{row['runs_done']} of {row['runs_planned']}",
+                f"{counts(store).computed} of {row['runs_planned']}",
                 *(number(row[name]) for name in shown),
             ]
             for row in rows
@@ -95,11 +101,36 @@ def receptors(store: xr.Dataset) -> Table | None:
     )
 
 
-def what_matters(path: Path, name: str) -> Table | None:
+def receptor_periods(store: xr.Dataset) -> Table | None:
+    """Table how likely receptors are reached by the events of each return period."""
+    try:
+        by_run = reached(store)
+    except ValueError:
+        return None
+    rows: dict[str, list[str]] = {}
+    head = ["receptor"]
+    for row in tables.receptors_by_period(store, by_run):
+        first, last = row["shortest_return_period"], row["return_period"]
+        period = f"{last:g} years" if first == last else f"{first:g} to {last:g} years"
+        head = head if period in head else [*head, period]
+        cell = _bounded(row, "probability", "probability_lower", "probability_upper")
+        rows.setdefault(str(row["receptor"]), []).append(cell)
+    if not rows:
+        return None
+    rates = {
+        str(row["receptor"]): _between(*(number(row[f"annual_rate{end}"]) for end in BOUNDS))
+        for row in table_receptors(store, by_run)
+    }
+    note = "Probability of being reached by an event of each return period, and events a year that reach it."
+    whole = [[name, *cells, rates[name]] for name, cells in rows.items()]
+    return Table("Receptors by return period", [*head, "events a year"], whole, note)
+
+
+def what_matters(path: Location, name: str) -> Table | None:
     """Table the indices of sensitivity that were written for a scenario; None where there are none."""
     if not path.exists():
         return None
-    held = pd.read_csv(path)
+    held = pd.read_csv(BytesIO(path.read_bytes()))
     held = held[held["scenario"] == name]
     if held.empty:
         return None
@@ -132,18 +163,17 @@ def _between(value: str, lower: str, upper: str) -> str:
 
 
 def quantiles(store: xr.Dataset) -> Table | None:
-    """Table quantiles of what a run comes down to, with bounds where runs are missing."""
-    names = [f"q{100 * share:02.0f}" for share in tables.SHARES]
+    """Table quantiles of what a run comes down to, with bounds where runs are missing or censored."""
     rows = [
         [
             f"{str(row['quantity']).replace('_', ' ')} ({row['units']})",
-            *(_between(*(number(row[name + end]) for end in ("", "_lower", "_upper"))) for name in names),
+            *(str(row[f"{name}_in_words"]) for name in tables.NAMES),
         ]
         for row in tables.quantiles(store)
     ]
     head = ["quantity", *(f"{100 * share:g} % of runs below" for share in tables.SHARES)]
-    computed = bool(store["status"].isin(COMPUTED).any())
-    return Table("Quantiles over runs", head, rows) if computed else None
+    note = "Of all planned runs; above is what runs that left the domain, were cut off or failed leave open."
+    return Table("Quantiles over runs", head, rows, note) if computed(store).any() else None
 
 
 def failures(store: xr.Dataset) -> Table | None:
@@ -181,6 +211,7 @@ def origin(store: xr.Dataset) -> Table:
 # in the order they are shown; one that has nothing to tell gives None
 TABLES: tuple[Callable[[xr.Dataset], Table | None], ...] = (
     receptors,
+    receptor_periods,
     quantiles,
     volume_ledger,
     failures,

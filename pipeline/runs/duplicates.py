@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 from pipeline.runs.runs import Runs, expand
@@ -13,14 +12,16 @@ from pipeline.scenario.scenario import Scenario
 from pipeline.scenario.sweep import assign
 from pipeline.settings.sample import Discrete
 from pipeline.settings.settings import OF_ALL_RUNS
+from pipeline.store import zarr_store
 from pipeline.store.place import store_path
+from pipeline.store.storage import Location
 
-Place = tuple[Path, int]
+Place = tuple[Location, int]
 # what is no physics, and what is told of a run by its values
 _ELSEWHERE = frozenset({"name", "draws", *OF_ALL_RUNS})
 
 
-def copies(scenarios: Sequence[Scenario], out: Path) -> dict[Path, dict[int, Place]]:
+def copies(scenarios: Sequence[Scenario], out: Location) -> dict[Location, dict[int, Place]]:
     """Find the runs that an earlier one has the physics of.
 
     Same is what gives the same values to write: equal settings but for words and limits of cost, equal
@@ -30,23 +31,25 @@ def copies(scenarios: Sequence[Scenario], out: Path) -> dict[Path, dict[int, Pla
     ----------
     scenarios : sequence of Scenario
         All of them, each with its domain.
-    out : Path
+    out : Location
         The place of their stores.
 
     Returns
     -------
-    dict of Path to dict of int to (Path, int)
+    dict of Location to dict of int to (Location, int)
         By store and index of each such run, the store and index of the first with its physics.
     """
     if len(scenarios) < 2 and not any(map(_repeats, scenarios)):
         return {}
     first: dict[bytes, Place] = {}
-    found: dict[Path, dict[int, Place]] = {}
+    found: dict[Location, dict[int, Place]] = {}
     for scenario in scenarios:
         path, runs = store_path(out, scenario.name), expand(scenario)
         data = _plain(json.loads(scenario.content))
         data = {name: value for name, value in data.items() if name not in _ELSEWHERE}
         data["domain"] = _plain(scenario.settings.bounds.model_dump(mode="json"))
+        # one of all runs, which is in the store by now
+        data["output"] = data["output"] | {"threshold": zarr_store.attributes(path).get("threshold")}
         for i in range(len(runs)):
             place = path, i
             source = first.setdefault(_digest(data, runs, i), place)

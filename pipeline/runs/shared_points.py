@@ -7,19 +7,16 @@ from collections.abc import Hashable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pipeline.mistakes import BadInput
 from pipeline.scenario import solver_objects
-from pipeline.scenario.strict_yaml import parse
 from solver.points.lattice import Lattice
 
 if TYPE_CHECKING:
-    from pipeline.runs.runs import Run
+    from pipeline.runs.run import Run
     from pipeline.scenario.point_file import PointFile
-    from pipeline.scenario.scenario import Scenario
     from pipeline.settings.settings import Settings
+    from pipeline.store.storage import Location
     from solver.forms import Kind, Operators
     from solver.points.cloud import PointCloud
 
@@ -29,28 +26,14 @@ class SharedPoints:
     """Points of all runs of a scenario.
 
     points : a lattice or a cloud. operators : what runs of a scheme need of them, by `solver.forms.key`.
-    kinds : of the runs.
+    kinds : of the runs. threshold : depth above which a cell counts as reached, m; None where each run has
+    one by its own release.
     """
 
     points: Lattice | PointCloud
     operators: dict[Hashable, Operators | None]
     kinds: frozenset[Kind]
-
-
-def share(scenario: Scenario, runs: Iterable[Run]) -> SharedPoints:
-    """Make the points of a scenario and the operators of its runs.
-
-    Raises
-    ------
-    BadInput
-        If points or supports are not fit; the message names the points.
-    """
-    try:
-        return made(scenario.settings, scenario.points, runs)
-    except ValueError as error:
-        document = parse(scenario.text, str(scenario.path))
-        found = f"expected points that fit, found {error}"
-        raise BadInput([document.mistake(("points",), found)]) from None
+    threshold: float | None = None
 
 
 def made(settings: Settings, file: PointFile | None, runs: Iterable[Run]) -> SharedPoints:
@@ -67,7 +50,7 @@ def made(settings: Settings, file: PointFile | None, runs: Iterable[Run]) -> Sha
     operators: dict[Hashable, Operators | None] = {}
     points = solver_objects.points(settings, file)
     for run in runs:
-        scheme = solver_objects.scheme(run.settings.scheme)
+        scheme = solver_objects.scheme(run.settings)
         kinds.add(kind_of(points, scheme))
         needed = key(points, scheme)
         if needed is not None and needed not in operators:
@@ -76,7 +59,7 @@ def made(settings: Settings, file: PointFile | None, runs: Iterable[Run]) -> Sha
 
 
 @contextmanager
-def kept(shared: SharedPoints, path: Path) -> Iterator[SharedPoints | Path]:
+def kept(shared: SharedPoints, path: Location) -> Iterator[SharedPoints | Location]:
     """Give what a job carries of points: a lattice as it is, what is large as a file while this lasts.
 
     A driver that is killed leaves the file, which is named so as to be swept.
@@ -92,13 +75,13 @@ def kept(shared: SharedPoints, path: Path) -> Iterator[SharedPoints | Path]:
         path.unlink(missing_ok=True)
 
 
-def load(carried: SharedPoints | Path) -> SharedPoints:
+def load(carried: SharedPoints | Location) -> SharedPoints:
     """Give the points that a job carries; a file is read once a process."""
     return carried if isinstance(carried, SharedPoints) else _read(carried)
 
 
 @lru_cache(maxsize=2)
-def _read(path: Path) -> SharedPoints:
+def _read(path: Location) -> SharedPoints:
     with path.open("rb") as file:
         loaded = pickle.load(file)
     assert isinstance(loaded, SharedPoints)

@@ -3,22 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel
 
-from pipeline.runs.runs import Prepared, Run, Runs, build_scene
+from pipeline.runs.runs import Runs
+from pipeline.runs.scene_of_run import Prepared, build_scene
 from pipeline.runs.shared_points import SharedPoints
+from pipeline.runs.stored_values import profile_values
 from pipeline.scenario.design import return_periods, weights
+from pipeline.scenario.scenario import said
+from pipeline.scenario.sweep import meaning_of
 from pipeline.settings.points import LatticePoints
 from pipeline.store import provenance
 from pipeline.store.layout import Template, group_size, run_bytes
 from pipeline.store.variables import RETURN_PERIOD, WEIGHT, Variable, coordinates, kept
-from solver.physics.terrain import SlopeProfile
-from solver.points.cloud import PointCloud
 from solver.points.lattice import Lattice
 
 if TYPE_CHECKING:
@@ -73,19 +73,8 @@ def template(scenario: Scenario, runs: Runs, shared: SharedPoints) -> Template:
         ),
         sizes={"run": len(runs), "time": len(times), **sizes},
         group=group_size(len(runs), seconds(prepared), run_bytes((frames, *points.shape))),
-        attributes=attributes(scenario),
+        attributes={**attributes(scenario), "threshold": prepared.threshold},
     )
-
-
-def profile_values(prepared: Prepared) -> dict[str, NDArray[np.float64]]:
-    """Elevation and horizontal distance at the points of a cloud or along those of a lattice, (nx,), m."""
-    return _profile_values(prepared.terrain, prepared.scene.points)
-
-
-@lru_cache(maxsize=8)
-def _profile_values(terrain: SlopeProfile, points: Lattice | PointCloud) -> dict[str, NDArray[np.float64]]:
-    x = points.x_points if isinstance(points, Lattice) else points.coordinates[0]
-    return {"elevation": terrain.elevation(x), "horizontal_distance": terrain.horizontal_distance(x)}
 
 
 def seconds(prepared: Prepared) -> float:
@@ -113,7 +102,7 @@ def parameters(runs: Runs) -> list[tuple[Variable, NDArray[Any]]]:
     for key, name in zip(runs.design.keys, first.parameters, strict=True):
         values = [each[name] for each in swept]
         numeric = all(isinstance(v, int | float) and not isinstance(v, bool) for v in values)
-        unit, description = _meaning(first, key)
+        unit, description = meaning_of(key, first.settings)
         array = np.array(values, np.float64) if numeric else np.array([str(v) for v in values], object)
         found.append(
             (
@@ -130,24 +119,6 @@ def parameters(runs: Runs) -> list[tuple[Variable, NDArray[Any]]]:
             )
         )
     return found
-
-
-def _meaning(run: Run, key: str) -> tuple[str, str]:
-    """Give unit and description of a key, from the declaration of the last field on its way."""
-    at: Any = run.settings
-    for part in key.split("."):
-        if isinstance(at, BaseModel):
-            info = type(at).model_fields[part]
-            at = getattr(at, part)
-        else:
-            at = at[int(part)]
-    extra = info.json_schema_extra if isinstance(info.json_schema_extra, dict) else {}
-    return str(extra.get("unit", "")), info.description or ""
-
-
-def said(scenario: Scenario) -> dict[str, str]:
-    """Attributes with the words of a scenario, which may change without its runs changing."""
-    return {"comment": scenario.settings.description, "scenario": scenario.text}
 
 
 def attributes(scenario: Scenario) -> dict[str, str]:

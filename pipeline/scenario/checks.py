@@ -3,25 +3,40 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
+from math import isfinite
 from pathlib import Path as FilePath
 from typing import Any, TypeVar
 
+import numpy as np
+
 from pipeline.mistakes import BadInput, Mistake
-from pipeline.scenario import elevation_table, point_file, solver_objects
+from pipeline.scenario import elevation_table, endless, point_file, reference_system, solver_objects
+from pipeline.scenario.design import share_within
 from pipeline.scenario.elevation_table import ElevationTable
+from pipeline.scenario.places import on_bed, part_inside, receptors_on_bed
 from pipeline.scenario.point_file import PointFile
 from pipeline.scenario.schema_errors import Problem, check
 from pipeline.scenario.strict_yaml import Document, Path
 from pipeline.scenario.sweep_checks import check_design
+from pipeline.settings.generated import Generated
+from pipeline.settings.hazard import Georeference
 from pipeline.settings.points import FilePoints
-from pipeline.settings.release import AnyRelease
 from pipeline.settings.section import Pair
 from pipeline.settings.settings import Settings
-from pipeline.settings.terrain import Table
+from solver.physics.terrain import SlopeProfile
+from solver.release.shapes import Release
 
 T = TypeVar("T")
+# angles of friction, and what is rather a coefficient than an angle, degrees
+FRICTION_ANGLES = ("bed_friction", "internal_friction")
+LEAST_ANGLE = 1.0
+
+FOR_RECEPTORS = ("max_depth", "max_speed", "arrival_time")
+FOR_MAPS = frozenset(("max_depth", "max_speed", "max_momentum_flux"))
+# of a distribution that bounds cut off
+LEAST_SHARE = 1e-4
 
 
 @dataclass
@@ -42,16 +57,22 @@ def check_document(document: Document, folder: FilePath) -> Checked:
     judge = _Judge(folder)
     problems = check(document.data)
     settings = None if isinstance(problems, list) else problems
-    problems = problems if isinstance(problems, list) else judge.problems(problems)
+    sample = None if settings is None else settings.sample
+    if not isinstance(problems, list):
+        problems = judge.problems(problems)
+        if settings is not None and not problems and not judge.mistakes:
+            settings = judge.placed(settings)
+            problems = judge.for_all_runs(settings)
     judge.lost.clear()
-    problems += check_design(document.data, problems, judge.check)
+    judge.flat.clear()
+    problems += check_design(document.data, sample, problems, judge.check)
     told = {(mistake.line, mistake.column) for mistake in document.mistakes}
     mistakes = [document.mistake(p.path, p.message, at_key=p.at_key) for p in problems]
     mistakes = [mistake for mistake in mistakes if (mistake.line, mistake.column) not in told]
     mistakes += judge.mistakes
-    if mistakes:
+    if mistakes or settings is None:
         return Checked(mistakes=mistakes)
-    warnings = (document.mistake(path, message) for path, message in judge.warnings())
+    warnings = (document.mistake(path, message) for path, message in judge.warnings(settings))
     return Checked(settings, judge.tables, judge.points, [], tuple(map(str, warnings)))
 
 
@@ -64,24 +85,73 @@ class _Judge:
         self.mistakes: list[Mistake] = []
         self.lost: dict[Path, tuple[float, float]] = {}
         self.short: dict[Path, float] = {}
+        self.flat: dict[Path, float] = {}
+        self.cut: dict[Path, str] = {}
+        self.ground: Georeference | None = None
         self.points: PointFile | None = None
         self.files: dict[str, Any] = {}
 
     def check(self, data: Mapping[str, Any]) -> list[Problem]:
         """List all that is wrong with the data of one run."""
         settings = check(data)
-        return settings if isinstance(settings, list) else self.problems(settings)
+        if isinstance(settings, list):
+            return settings
+        return self.problems(settings.model_copy(update={"georeference": self.ground}))
 
     def problems(self, settings: Settings) -> list[Problem]:
-        """List what is wrong with settings that keep to the schema."""
+        """List what is wrong with the settings of one run, which keep to the schema."""
         problems = self._table(settings) + self._points(settings)
-        if settings.domain is None:
+        for name in FRICTION_ANGLES:
+            angle = getattr(settings.material, name)
+            if angle is not None and 0 < angle < LEAST_ANGLE:
+                self.flat["material", name] = angle
+        self.ground = settings.georeference
+        if settings.table_file is not None and settings.table_file not in self.tables:
             return problems
+        try:
+            # what is too large or too small to be computed is told by its exception
+            with np.errstate(all="ignore"):
+                return problems or self._flow(self.placed(settings))
+        except (ArithmeticError, ValueError) as error:
+            found = f"expected sizes that can be computed with, found some that cannot ({error})"
+            return [Problem(("release",), found, related=(("release",), ("terrain",), ("domain",)))]
+
+    def placed(self, settings: Settings) -> Settings:
+        """Give settings with releases and receptors in coordinates of the bed."""
+        ground = settings.georeference
+        if ground is None or "map" not in (ground.receptors, ground.releases):
+            return settings
+        slope = self._slope(settings)
+        changed: dict[str, Any] = {"receptors": receptors_on_bed(settings, slope)}
+        if ground.releases == "map":
+            releases = tuple(
+                release.model_copy(update={"centre": on_bed(ground, slope, [centre])[0]})
+                if (centre := getattr(release, "centre", None)) is not None
+                else release
+                for release in settings.releases
+            )
+            changed["release"] = releases if isinstance(settings.release, tuple) else releases[0]
+        return settings.model_copy(update=changed)
+
+    def _slope(self, settings: Settings) -> SlopeProfile:
+        name = settings.table_file
+        return _slope(settings.terrain, None if name is None else self.tables[name])
+
+    def _flow(self, settings: Settings) -> list[Problem]:
+        """List what is wrong with where the flow begins, and where it ends if no domain is given."""
+        if settings.domain is None:
+            distance = endless.reach(settings, self._slope(settings))
+            if distance is None:
+                return []
+            far = f"goes on for {distance / 1000:.3g} km or more" if isfinite(distance) else "never rests"
+            found = f"expected a domain, as the bed is steeper than friction everywhere and the flow {far}"
+            related: tuple[Path, ...] = (("domain",), ("material",), ("terrain",), ("time",), ("release",))
+            return [Problem(("domain",), found, related=related)]
+        problems = []
         extent = solver_objects.extent(settings)
-        for i, release in enumerate(settings.releases):
+        for i, release in enumerate(solver_objects.releases(settings)):
             path: Path = ("release", i) if isinstance(settings.release, tuple) else ("release",)
-            bare = release.model_copy(update={"volume": None, "velocity": (0.0, 0.0)})
-            whole, part = _lost(bare, extent)
+            whole, part = _lost(replace(release, volume=None, velocity=(0.0, 0.0)), extent)
             if part >= 1:
                 (x0, x1), (y0, y1) = settings.domain.x, settings.domain.y
                 found = (
@@ -94,7 +164,45 @@ class _Judge:
                 self.lost[path] = max(self.lost.get(path, (0.0, 0.0)), (volume, part))
         return problems
 
-    def warnings(self) -> list[tuple[Path, str]]:
+    def for_all_runs(self, settings: Settings) -> list[Problem]:
+        """List what is wrong with what is said of all runs; receptors are in coordinates of the bed."""
+        problems = [] if settings.georeference is None else self._on_map(settings, settings.georeference)
+        domain = settings.domain
+        for i, receptor in enumerate(settings.receptors if domain is not None else ()):
+            assert domain is not None
+            part = part_inside(receptor, domain)
+            path: Path = ("receptors", i)
+            bounds = "x [{:g}, {:g}] and y [{:g}, {:g}]".format(*domain.x, *domain.y)
+            if part == 0:
+                x, y = receptor.corners[0]
+                found = f"expected places in the domain, {bounds}, found [{x:g}, {y:g}]"
+                problems.append(Problem(path, found))
+            elif part < 1:
+                self.cut[path] = f"sticks out of the domain, {bounds}; the part inside counts"
+        return problems
+
+    def _on_map(self, settings: Settings, ground: Georeference) -> list[Problem]:
+        """List what is wrong with a georeference and what is given in its coordinates."""
+        problems = []
+        doubt = reference_system.doubt(ground)
+        if doubt is not None:
+            name, found = doubt
+            problems.append(Problem(("georeference", name), found))
+        varied = [key.split(".") for key in settings.varied]
+        for kind in ("receptors", "releases"):
+            path: Path = ("georeference", kind)
+            if getattr(ground, kind) != "map":
+                continue
+            if any(first == "terrain" for first, *_ in varied):
+                problems.append(Problem(path, "expected bed, as the terrain is varied, found map"))
+            elif kind == "releases" and any("centre" in parts for parts in varied):
+                problems.append(Problem(path, "expected bed, as a centre is varied, found map"))
+        if ground.releases == "map" and any(not hasattr(each, "centre") for each in settings.releases):
+            found = "expected bed, as a box has no centre and lies along the bed, found map"
+            problems.append(Problem(("georeference", "releases"), found))
+        return problems
+
+    def warnings(self, settings: Settings) -> list[tuple[Path, str]]:
         """List what to warn of, each with its path."""
         lost = [
             (path, f"{volume:.3g} m3 ({100 * part:.2g} %) lie outside the domain and are lost")
@@ -104,7 +212,16 @@ class _Judge:
             (path, f"the table covers x from 0 to {length:.6g} m; beyond, its end slopes go on")
             for path, length in self.short.items()
         ]
-        return lost + short
+        flat = [
+            (path, f"{angle:g} degrees are nearly none; mu = {angle:g} is written as friction_coefficient")
+            for path, angle in self.flat.items()
+        ]
+        files: list[tuple[Path, str]] = [
+            (("terrain", "file"), f"{name}: {doubt}")
+            for name, table in self.tables.items()
+            for doubt in table.doubts
+        ]
+        return [*files, *lost, *short, *flat, *self.cut.items(), *_left_out(settings), *_far_out(settings)]
 
     def _points(self, settings: Settings) -> list[Problem]:
         """Read the file of a ``file`` layout, once, and list what is wrong with its points."""
@@ -123,15 +240,14 @@ class _Judge:
 
     def _table(self, settings: Settings) -> list[Problem]:
         """Read the table of a ``table`` profile, once, and list what is wrong with it."""
-        terrain = settings.terrain
-        if not isinstance(terrain, Table):
+        if (name := settings.table_file) is None:
             return []
         path: Path = ("terrain", "file")
-        table = self._read(terrain.file, path, elevation_table.read)
+        table = self._read(name, path, elevation_table.read)
         if isinstance(table, list):
             return table
-        self.tables[terrain.file] = table
-        length = _length(terrain, table)
+        self.tables[name] = table
+        length = _length(settings.terrain, table)
         if settings.domain is not None and (settings.domain.x[0] < 0 or settings.domain.x[1] > length):
             self.short[path] = length
         return []
@@ -152,14 +268,53 @@ class _Judge:
 
 
 @lru_cache(maxsize=1024)
-def _lost(release: AnyRelease, extent: tuple[Pair, Pair]) -> tuple[float, float]:
+def _lost(shape: Release, extent: tuple[Pair, Pair]) -> tuple[float, float]:
     """Volume of a release, m3, and the part of it outside the domain, 1 where nothing is inside."""
-    shape = solver_objects.shape(release)
-    return shape.shape_volume, shape.volume_outside(*extent) / shape.shape_volume
+    whole, outside = shape.shape_volume, shape.volume_outside(*extent)
+    if not (isfinite(whole) and isfinite(outside)):
+        raise OverflowError("a volume that is no finite number")
+    return whole, outside / whole
 
 
 @lru_cache(maxsize=1024)
-def _length(terrain: Table, table: ElevationTable) -> float:
+def _slope(terrain: Generated, table: ElevationTable | None) -> SlopeProfile:
+    return solver_objects.slope(terrain, table)
+
+
+def _length(terrain: Generated, table: ElevationTable) -> float:
     """Arc length that a table covers, m."""
-    slope = solver_objects.slope(terrain, table)
-    return float(getattr(slope, "length", float("inf")))
+    return float(getattr(_slope(terrain, table), "length", float("inf")))
+
+
+def _left_out(settings: Settings) -> list[tuple[Path, str]]:
+    """Say what ``output.fields`` leaves out that receptors, maps or a calibration need."""
+    kept, path = set(settings.output.fields), ("output", "fields")
+    found: list[tuple[Path, str]] = []
+    needed = [name for name in FOR_RECEPTORS if name not in kept]
+    if settings.receptors and needed:
+        found.append((path, f"leaves out {', '.join(needed)}, without which receptors have no results"))
+    asked = settings.hazard.model_fields_set
+    mapped = {"depth": "max_depth", "speed": "max_speed", "pressure": "max_speed"}
+    mapped |= {"momentum_flux": "max_momentum_flux", "intensity": "max_depth"}
+    wanted = dict.fromkeys(mapped[name] for name in mapped if name in asked)
+    needed = [name for name in wanted if name not in kept]
+    if needed:
+        found.append((path, f"leaves out {', '.join(needed)}, which the maps asked for under hazard need"))
+    if "deposit_depth" not in kept:
+        found.append((path, "leaves out deposit_depth, which a calibration needs"))
+    if not kept & FOR_MAPS:
+        found.append((path, "leaves out all maxima, so that there is nothing to map"))
+    return found
+
+
+def _far_out(settings: Settings) -> list[tuple[Path, str]]:
+    """Say which distributions are cut off so that next to nothing of them is left."""
+    values = {} if settings.sample is None else settings.sample.values
+    return [
+        (
+            ("sample", "values", key),
+            f"its bounds hold {share:.2g} of the distribution: check mean, deviation and bounds",
+        )
+        for key, distribution in values.items()
+        if (share := share_within(distribution)) < LEAST_SHARE
+    ]

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
-from math import prod
-from typing import TYPE_CHECKING, Any
+from math import erfc, prod, sqrt
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.scenario.sweep import Value
-from pipeline.settings.sample import Discrete, Distribution, Lognormal, Normal, Sample, Uniform
+from pipeline.settings.sample import Discrete, Distribution, Lognormal, Normal, Sample, Triangular, Uniform
 
 if TYPE_CHECKING:
     from pipeline.settings.settings import Settings
@@ -76,7 +76,10 @@ def weights(settings: Settings) -> Array:
 
 def return_periods(settings: Settings) -> Array | None:
     """Give the return period of each run, shape (runs,), years; None where there are none."""
-    return None if settings.return_periods is None else _numbers(settings, settings.return_periods)
+    periods = settings.return_periods
+    if isinstance(periods, int | float):
+        return np.full(settings.run_count, float(periods))
+    return None if periods is None else _numbers(settings, periods)
 
 
 def _numbers(settings: Settings, given: tuple[float, ...] | Mapping[str, tuple[float, ...]]) -> Array:
@@ -93,26 +96,38 @@ def draw(sample: Sample) -> Draws:
     """Draw the values of every sampled key.
 
     Correlated keys are drawn through normal scores with the given correlations (a Gaussian copula), which
-    keeps each key's own distribution.
+    keeps each key's own distribution. In a Latin hypercube the scores only decide which values are paired,
+    so that each layer of each key holds one draw as it does without correlations.
 
     Returns
     -------
     dict of str to tuple
         ``sample.rows`` values by key.
     """
-    return _drawn(sample.model_dump_json())
+    return _drawn(_Drawable(sample.model_dump_json(), sample))
+
+
+@dataclass(frozen=True)
+class _Drawable:
+    """A sample that is known by its JSON."""
+
+    text: str
+    sample: Sample = field(compare=False)
 
 
 @lru_cache(maxsize=8)
-def _drawn(text: str) -> Draws:
-    """Draw once what checks, hashes and every list of the runs ask for, by the sample as JSON."""
+def _drawn(given: _Drawable) -> Draws:
+    """Draw once what checks, hashes and every list of the runs ask for."""
     from scipy.special import ndtr, ndtri
 
-    sample = Sample.model_validate_json(text)
+    sample = given.sample
     uniform = _uniform(sample)
     if sample.correlations:
-        scores = ndtri(uniform) @ np.linalg.cholesky(sample.correlation).T
-        uniform = np.clip(ndtr(scores), _LEAST, 1 - _LEAST)
+        if sample.design == "latin-hypercube":
+            uniform = paired(uniform, sample.correlation)
+        else:
+            scores = ndtri(uniform) @ np.linalg.cholesky(sample.correlation).T
+            uniform = np.clip(ndtr(scores), _LEAST, 1 - _LEAST)
     return {key: _quantile(each, uniform[:, i]) for i, (key, each) in enumerate(sample.values.items())}
 
 
@@ -135,6 +150,41 @@ def _uniform(sample: Sample) -> Array:
         points = saltelli(qmc.Sobol(2 * keys, rng=rng).random(sample.count))
     clipped: Array = np.clip(points, _LEAST, 1 - _LEAST)
     return clipped
+
+
+def paired(points: Array, correlation: Array) -> Array:
+    """Reorder each coordinate of points so that their normal scores have a correlation.
+
+    The values of each coordinate stay what they are.
+
+    Parameters
+    ----------
+    points : array, shape (n, keys)
+        In the open unit cube, the coordinates independent.
+    correlation : array, shape (keys, keys)
+        Wanted correlation of the normal scores.
+
+    Returns
+    -------
+    array, shape (n, keys)
+        With the same values in each column.
+
+    References
+    ----------
+    Iman & Conover 1982, A distribution-free approach to inducing rank correlation among input variables,
+    https://doi.org/10.1080/03610918208812265
+    """
+    from scipy.special import ndtri
+
+    rows, keys = points.shape
+    scores = ndtri(points)
+    # with few rows the scores are dependent by chance, and their own correlation has no inverse
+    if rows > keys + 1:
+        chance = np.linalg.cholesky(np.corrcoef(scores, rowvar=False))
+        scores = np.linalg.solve(chance, scores.T).T
+    wanted = scores @ np.linalg.cholesky(correlation).T
+    ranks = wanted.argsort(axis=0, kind="stable").argsort(axis=0, kind="stable")
+    return np.take_along_axis(np.sort(points, axis=0), ranks, axis=0)
 
 
 def saltelli(points: Array) -> Array:
@@ -174,21 +224,62 @@ def _quantile(distribution: Distribution, share: Array) -> tuple[Value, ...]:
     return tuple(_continuous(distribution, share).tolist())
 
 
-def _continuous(distribution: Any, share: Array) -> Array:
+def _continuous(distribution: Uniform | Normal | Lognormal | Triangular, share: Array) -> Array:
     from scipy import stats
 
-    lower, upper = distribution.lower, distribution.upper
-    if isinstance(distribution, Uniform):
-        frozen = stats.uniform(lower, upper - lower)
-    elif isinstance(distribution, Normal):
-        frozen = stats.norm(distribution.mean, distribution.deviation)
-    elif isinstance(distribution, Lognormal):
-        frozen = stats.lognorm(distribution.deviation, scale=distribution.median)
-    else:
-        width = upper - lower
-        frozen = stats.triang((distribution.mode - lower) / width, lower, width)
-    low = 0.0 if lower is None else frozen.cdf(lower)
-    high = 1.0 if upper is None else frozen.cdf(upper)
-    found: Array = np.asarray(frozen.ppf(low + share * (high - low)))
-    # a bound far out in the tail is rounded away
-    return found if lower is None and upper is None else np.clip(found, lower, upper)
+    found: Array
+    match distribution:
+        case Uniform(lower=low, upper=high):
+            found = stats.uniform(low, high - low).ppf(share)
+        case Normal(mean=mean, deviation=deviation, lower=lower, upper=upper):
+            found = mean + deviation * _score(
+                share, _over(lower, mean, deviation), _over(upper, mean, deviation)
+            )
+        case Lognormal(median=median, deviation=deviation, lower=lower, upper=upper):
+            middle = float(np.log(median))
+            bounds = (None if bound is None else float(np.log(bound)) for bound in (lower, upper))
+            scores = _score(share, *(_over(bound, middle, deviation) for bound in bounds))
+            found = np.exp(middle + deviation * scores)
+        case Triangular(lower=low, mode=mode, upper=high):
+            found = stats.triang((mode - low) / (high - low), low, high - low).ppf(share)
+    # bounds are met but for round-off
+    if distribution.lower is None and distribution.upper is None:
+        return found
+    return np.clip(found, distribution.lower, distribution.upper)
+
+
+def share_within(distribution: Distribution) -> float:
+    """Share of a distribution that its bounds hold, 1 where nothing is cut off."""
+    match distribution:
+        case Normal(mean=middle, deviation=deviation, lower=lower, upper=upper):
+            low, high = _over(lower, middle, deviation), _over(upper, middle, deviation)
+        case Lognormal(median=median, deviation=deviation, lower=lower, upper=upper):
+            middle = float(np.log(median))
+            low, high = (
+                None if bound is None else _over(float(np.log(bound)), middle, deviation)
+                for bound in (lower, upper)
+            )
+        case _:
+            return 1.0
+    below, above = (
+        0.0 if score is None else 0.5 * erfc(sign * score / sqrt(2)) for score, sign in ((low, -1), (high, 1))
+    )
+    # far out in the upper tail both are near 1, and their difference is lost
+    if low is not None and low > 0:
+        return 0.5 * erfc(low / sqrt(2)) - above
+    return 1.0 - below - above if high is None or high > 0 else 0.5 * erfc(-high / sqrt(2)) - below
+
+
+def _over(bound: float | None, middle: float, deviation: float) -> float | None:
+    return None if bound is None else (bound - middle) / deviation
+
+
+def _score(share: Array, lower: float | None, upper: float | None) -> Array:
+    """Quantiles of the standard normal distribution between two bounds, however far out they lie."""
+    from scipy import stats
+
+    if lower is None and upper is None:
+        return np.asarray(stats.norm.ppf(share))
+    low, high = -np.inf if lower is None else lower, np.inf if upper is None else upper
+    # takes the survival function above the median, and logarithms of both
+    return np.asarray(stats.truncnorm(low, high).ppf(share))

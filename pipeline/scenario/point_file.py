@@ -10,8 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.mistakes import BadInput, Mistake
+from pipeline.scenario import text_table
+from pipeline.scenario.text_table import METRES
 
 COLUMNS = ("x", "y")
+WANTED = "a CSV file with the columns x and y"
 NETCDF = (".nc", ".nc4", ".cdf")
 
 
@@ -41,28 +44,45 @@ def _read_csv(path: Path) -> NDArray[np.float64]:
     # pandas takes longer to import than a scenario to check
     import pandas as pd
 
+    found = text_table.obstacle(path)
+    if found is not None:
+        raise BadInput([Mistake(str(path), 1, 1, "", f"expected {WANTED}, found {found}")])
     try:
         frame = pd.read_csv(
             path, skipinitialspace=True, encoding="utf-8-sig", dtype=str, keep_default_na=False
         )
     except (pd.errors.ParserError, pd.errors.EmptyDataError, UnicodeDecodeError) as error:
-        found = f"expected a CSV file, found {str(error).strip()}"
+        found = f"expected a CSV file, found {str(error).rpartition('error: ')[2].strip()}"
         raise BadInput([Mistake(str(path), 1, 1, "", found)]) from None
-    missing = [name for name in COLUMNS if name not in frame]
-    if missing:
+    if not isinstance(frame.index, pd.RangeIndex):
+        # pandas takes what stands before the first heading for names of rows
+        found = f"expected {len(frame.columns)} values a line, one a heading, found more"
+        raise BadInput([Mistake(str(path), 2, 1, "", found)])
+    headings = [text_table.heading(str(name)) for name in frame]
+    at = [text_table.column(headings, (name,)) for name in COLUMNS]
+    if [len(each) for each in at] != [1, 1]:
         raise _missing(path, list(map(str, frame)))
-    numbers: NDArray[np.float64] = (
-        frame[list(COLUMNS)].apply(pd.to_numeric, errors="coerce").to_numpy(np.float64)
-    )
+    for (i,) in at:
+        if headings[i].unit not in METRES:
+            found = f"expected m, km or ft as the unit of a heading, found {headings[i].text}"
+            raise BadInput([Mistake(str(path), 1, 1, "", found)])
+    cells = frame.iloc[:, [i for (i,) in at]]
+    numbers: NDArray[np.float64] = cells.apply(pd.to_numeric, errors="coerce").to_numpy(np.float64)
     wrong = np.argwhere(~np.isfinite(numbers))
     if len(wrong):
-        mistakes = []
-        for row, column in wrong:
-            name = COLUMNS[column]
-            found = f"expected a finite number, found '{frame[name].iloc[row]}'"
-            mistakes.append(Mistake(str(path), int(row) + 2, 1, name, found))
-        raise BadInput(mistakes)
-    return numbers
+        raise text_table.told(
+            [
+                Mistake(
+                    str(path),
+                    int(row) + 2,
+                    1,
+                    COLUMNS[column],
+                    text_table.wrong_number(str(cells.iloc[row, column])),
+                )
+                for row, column in wrong
+            ]
+        )
+    return numbers * [METRES[headings[i].unit] for (i,) in at]
 
 
 def _read_netcdf(path: Path) -> NDArray[np.float64]:

@@ -5,55 +5,73 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator, Sequence
 from inspect import cleandoc
+from types import NoneType, UnionType
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from pipeline.mistakes import describe
 from pipeline.scenario.schema_errors import sections
+from pipeline.settings.section import ANY_KEY, choosing_key, kind
 
 _HEADER = """# Keys of a scenario file
 
 One YAML file is one scenario. This page is made by `python -m pipeline.scenario.reference`;
 `pipeline schema` prints the same as a JSON Schema for editors.
+
+Keys whose default is `required` must be there. A list is written as `[1, 2]`, a number with a decimal point
+and without separators. Angles are in degrees.
 """
-_TABLE = "| key | unit | default | meaning |\n|---|---|---|---|"
+_TABLE = "| key | unit | values | default | meaning |\n|---|---|---|---|---|"
 
 
 def markdown() -> str:
     """Give the page of all keys, as it stands in ``docs/scenario.md``."""
-    tables = [
-        f"\n## {title}\n\n{cleandoc(model.__doc__ or '')}\n\n{_TABLE}\n" + "\n".join(_rows(model))
-        for loc, model in sections()
-        if (title := _title(loc)) is not None
-    ]
-    return "\n".join([_HEADER.rstrip(), *tables]) + "\n"
+    parts = [_HEADER.rstrip()]
+    walked = list(sections())
+    for loc, model in walked:
+        if (title := _title(loc, model)) is None:
+            continue
+        chosen = [other for at, other in walked if at[:-1] == loc[:-1] and _is_one_of(at, other)]
+        if _is_one_of(loc, model) and chosen[0] is model:
+            parts.append(f"\n## `{_dotted(loc[:-1])}`: one of\n\n" + "\n".join(map(_choice, chosen)))
+        doc = cleandoc(model.__doc__ or "")
+        parts.append(f"\n## {title}\n\n{doc}\n\n{_TABLE}\n" + "\n".join(_rows(model)))
+    return "\n".join(parts) + "\n"
 
 
-def _title(loc: tuple[str, ...]) -> str | None:
+def _is_one_of(loc: tuple[str, ...], model: type[BaseModel]) -> bool:
+    """Whether a section is one of several that may stand in its place."""
+    return bool(loc) and choosing_key(model) != "" and kind(model) == loc[-1]
+
+
+def _choice(model: type[BaseModel]) -> str:
+    """Describe one of several sections in a line."""
+    what = cleandoc(model.__doc__ or "").partition("\n\n")[0].replace("\n", " ")
+    advice = getattr(model, "advice", "")
+    return f"- `{choosing_key(model)}: {kind(model)}`: {what}" + (f" For {advice}." if advice else "")
+
+
+def _dotted(loc: tuple[str, ...]) -> str:
+    return ".".join(part for part in loc if part not in ("one", ANY_KEY))
+
+
+def _title(loc: tuple[str, ...], model: type[BaseModel]) -> str | None:
     """Name a section as a user sees it; None where it is a second way to one that has its table."""
     match loc:
         case ():
             return "The file"
         case (*_, "given") | (_, "many", _):
             return None
-        case ("points", kind):
-            return f"`points`, layout `{kind}`"
-        case ("scheme", kind):
-            return f"`scheme`, form `{kind}`"
+        case _ if _is_one_of(loc, model):
+            return f"`{_dotted(loc[:-1])}`, {choosing_key(model)} `{loc[-1]}`"
         case ("points", "graded", *rest):
             return f"`points`, `{'.'.join(rest)}` of layout `graded`"
-        case ("release", "one", kind):
-            return f"`release`, shape `{kind}`"
-        case ("sample", "values", _, kind):
-            return f"`sample.values`, distribution `{kind}`"
-        case ("sample", "correlations"):
-            return "Each of `sample.correlations`"
-        case ("receptors",):
-            return "Each of `receptors`"
-        case ("terrain", kind):
-            return f"`terrain`, profile `{kind}`"
+        case ("sample", "correlations") | ("receptors",):
+            return f"Each of `{'.'.join(loc)}`"
         case ("terrain", "segments", name):
             return f"`terrain`, each of `{name}`"
         case _:
@@ -63,12 +81,70 @@ def _title(loc: tuple[str, ...]) -> str | None:
 def _rows(model: type[BaseModel]) -> list[str]:
     """List a section's keys, required ones first."""
     fields = sorted(model.model_fields.items(), key=lambda item: not item[1].is_required())
-    return [f"| `{name}` | {_unit(info)} | {_default(info)} | {info.description} |" for name, info in fields]
+    return [
+        " | ".join(
+            cell.replace("|", "\\|")
+            for cell in (f"`{name}`", _unit(info), _values(info), _default(info), _meaning(info))
+        ).join(("| ", " |"))
+        for name, info in fields
+    ]
+
+
+def _extra(info: FieldInfo, name: str) -> Any:
+    extra = info.json_schema_extra
+    return extra.get(name) if isinstance(extra, dict) else None
+
+
+def _meaning(info: FieldInfo) -> str:
+    """Give what a key means, and a word on what to choose."""
+    advice = _extra(info, "advice")
+    return f"{info.description}. {advice}" if advice else str(info.description)
+
+
+def _values(info: FieldInfo) -> str:
+    """Say which values a key takes."""
+    if choices := _extra(info, "choices"):
+        return "; ".join(f"`{value}`: {word}" for value, word in choices.items())
+    return _taken(info.annotation, info.metadata)
+
+
+def _taken(hint: Any, metadata: Sequence[Any] = ()) -> str:
+    """Say which values a type takes, with the bounds that its metadata give."""
+    origin, inner = get_origin(hint), get_args(hint)
+    if origin is Annotated:
+        return _taken(inner[0], [*metadata, *_flat(inner[1:])])
+    if origin is Literal:
+        return ", ".join(f"`{value}`" for value in inner)
+    if origin in (Union, UnionType):
+        kinds = [each for each in inner if each is not NoneType and not (each is int and float in inner)]
+        return " or ".join(_taken(each, metadata) for each in kinds)
+    if origin is tuple:
+        what = _taken(inner[0])
+        return f"list: {what}" if Ellipsis in inner else f"list of {len(inner)}: {what}"
+    if origin is dict:
+        return f"mapping of keys to {_taken(inner[1])}"
+    if isinstance(hint, type) and issubclass(hint, BaseModel):
+        return "section"
+    plain = {float: "number", int: "whole number", bool: "`true`, `false`", str: "text"}[hint]
+    return ", ".join([plain, *_bounds(metadata)]) if hint in (int, float) else plain
+
+
+def _bounds(metadata: Sequence[Any]) -> Iterator[str]:
+    words = {"gt": "above", "ge": "at least", "lt": "below", "le": "at most"}
+    for item in metadata:
+        for name, word in words.items():
+            if (bound := getattr(item, name, None)) is not None:
+                yield f"{word} {bound:g}"
+
+
+def _flat(metadata: Iterable[Any]) -> Iterator[Any]:
+    """Take apart pydantic's own metadata, which hold several bounds."""
+    for item in metadata:
+        yield from item.metadata if isinstance(item, FieldInfo) else (item,)
 
 
 def _unit(info: FieldInfo) -> str:
-    extra = info.json_schema_extra
-    return str(extra.get("unit") or "-") if isinstance(extra, dict) else "-"
+    return str(_extra(info, "unit") or "-")
 
 
 def _default(info: FieldInfo) -> str:

@@ -5,9 +5,13 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
+
+import numpy as np
+import yaml
+from pydantic import TypeAdapter
 
 from pipeline.mistakes import BadInput, Mistake, describe
 from pipeline.scenario import checks
@@ -16,6 +20,7 @@ from pipeline.scenario.elevation_table import ElevationTable
 from pipeline.scenario.point_file import PointFile
 from pipeline.scenario.schema_errors import check
 from pipeline.scenario.strict_yaml import parse
+from pipeline.settings.receptor import Receptor
 from pipeline.settings.settings import OF_ALL_RUNS, Settings, json_schema
 
 # What says nothing of a run's values: words, limits of its cost, and what its values are used for.
@@ -24,6 +29,10 @@ IRRELEVANT: Any = {
     "time": {"max_steps", "max_wall"},
 }
 
+# attribute of a store with the receptors that the scenario gives on the map, in coordinates of the bed
+ON_BED = "receptors_on_bed"
+RECEPTORS = TypeAdapter(tuple[Receptor, ...])
+
 __all__ = ["BadInput", "Mistake", "Scenario", "Settings", "differences", "json_schema", "load"]
 
 
@@ -31,8 +40,10 @@ __all__ = ["BadInput", "Mistake", "Scenario", "Settings", "differences", "json_s
 class Scenario:
     """One file of the catalogue.
 
-    settings : the file's content with defaults filled in, before any sweep.
+    settings : the file's content with defaults filled in, before any sweep; releases and receptors in
+    coordinates of the bed, whatever the file gives them in.
     path, text : the file and what stands in it.
+    data : what stands in it, as plain data; lists are tuples.
     content : canonical JSON of everything that decides the result (tables and draws by digest; left out is
     what ``IRRELEVANT`` lists).
     digest : SHA-256 of ``content``, hexadecimal.
@@ -43,6 +54,7 @@ class Scenario:
     settings: Settings
     path: Path
     text: str
+    data: Mapping[str, Any]
     content: str
     digest: str
     tables: Mapping[str, ElevationTable]
@@ -55,8 +67,13 @@ class Scenario:
         return self.settings.name
 
 
-def load(paths: Iterable[str | Path]) -> list[Scenario]:
-    """Read and check scenario files, in the order given.
+def load(sources: Iterable[str | Path | Mapping[str, Any]]) -> list[Scenario]:
+    """Read and check scenarios, in the order given.
+
+    Parameters
+    ----------
+    sources : iterable of path or mapping
+        Files, or the content of one; what a mapping names is looked for in the working directory.
 
     Raises
     ------
@@ -66,19 +83,28 @@ def load(paths: Iterable[str | Path]) -> list[Scenario]:
     mistakes: list[Mistake] = []
     scenarios: list[Scenario] = []
     names: dict[str, str] = {}
-    for path in map(Path, paths):
-        text = _read(path, mistakes)
+    for number, source in enumerate(sources):
+        if isinstance(source, Mapping):
+            name = source.get("name")
+            path = Path(name if isinstance(name, str) else f"scenario {number}")
+        else:
+            path = Path(source)
+        text = written(source) if isinstance(source, Mapping) else _read(path, mistakes)
         if text is None:
             continue
-        document = parse(text, str(path))
+        document = replace(parse(text, str(path)), no_file=isinstance(source, Mapping))
         name = document.data.get("name")
         if isinstance(name, str) and name in names:
             found = f"expected a name of its own, found '{name}' of {names[name]} again"
             mistakes.append(document.mistake(("name",), found))
         elif isinstance(name, str):
             names[name] = str(path)
-        checked = checks.check_document(document, path.parent)
-        mistakes += [*document.mistakes, *checked.mistakes]
+        checked = checks.check_document(document, Path() if document.no_file else path.parent)
+        wrong = [*document.mistakes, *checked.mistakes]
+        if checked.settings is None and not wrong:
+            # no file is passed over in silence, whatever its checks overlook
+            wrong = [document.mistake((), "expected a scenario, found one whose mistake has no name")]
+        mistakes += wrong
         if checked.settings is not None:
             content = _content(checked)
             digest = hashlib.sha256(content.encode()).hexdigest()
@@ -87,6 +113,7 @@ def load(paths: Iterable[str | Path]) -> list[Scenario]:
                     checked.settings,
                     path,
                     text,
+                    document.data,
                     content,
                     digest,
                     checked.tables,
@@ -110,7 +137,19 @@ def stored(attributes: Mapping[str, Any]) -> Settings:
     found = check(parse(str(attributes["scenario"]), str(attributes["title"])).data)
     if isinstance(found, list):
         raise ValueError(f"the scenario of {attributes['title']} is not known here: {found[0].message}")
-    return found
+    receptors = attributes.get(ON_BED)
+    if receptors is None or found.georeference is None or found.georeference.receptors == "bed":
+        return found
+    return found.model_copy(update={"receptors": RECEPTORS.validate_json(str(receptors))})
+
+
+def said(scenario: Scenario) -> dict[str, str]:
+    """Attributes with the words of a scenario, which may change without its runs changing."""
+    words = {"comment": scenario.settings.description, "scenario": scenario.text}
+    ground = scenario.settings.georeference
+    if ground is None or ground.receptors == "bed":
+        return words
+    return {**words, ON_BED: RECEPTORS.dump_json(scenario.settings.receptors).decode()}
 
 
 def differences(before: str, after: str) -> list[str]:
@@ -121,6 +160,25 @@ def differences(before: str, after: str) -> list[str]:
         for key in {**old, **new}
         if old.get(key) != new.get(key)
     ]
+
+
+def written(content: Mapping[str, Any]) -> str:
+    """Write the content of a scenario as YAML; NumPy's numbers and arrays, and paths, become plain ones."""
+    return yaml.safe_dump(_plain(content), sort_keys=False, allow_unicode=True, default_flow_style=None)
+
+
+def _plain(value: Any) -> Any:
+    match value:
+        case Mapping():
+            return {str(name): _plain(inner) for name, inner in value.items()}
+        case list() | tuple():
+            return [_plain(inner) for inner in value]
+        case np.ndarray() | np.generic():
+            return value.tolist()
+        case Path():
+            return str(value)
+        case _:
+            return value
 
 
 def _read(path: Path, mistakes: list[Mistake]) -> str | None:

@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import types
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
-from typing import Annotated, Any, Literal, Union, get_args, get_origin
+from typing import Any
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from pipeline.mistakes import describe
+from pipeline.scenario.hints import meant, of_key, of_length, of_number
 from pipeline.scenario.strict_yaml import Path
+from pipeline.settings.section import ANY_KEY, choosing_key, kind, sections_of
 from pipeline.settings.settings import Settings
-
-# Stands in a location for a key that is the user's own.
-ANY_KEY = "*"
 
 
 @dataclass(frozen=True)
@@ -24,13 +22,14 @@ class Problem:
     """What is wrong at a path of the data.
 
     at_key : whether the key is wrong and not its value. related : paths that the problem depends on, the one
-    to blame first.
+    to blame first. hint : the end of the message that says what may have been meant.
     """
 
     path: Path
     message: str
     at_key: bool = False
     related: tuple[Path, ...] = ()
+    hint: str = ""
 
 
 def check(data: Mapping[str, Any]) -> Settings | list[Problem]:
@@ -38,47 +37,18 @@ def check(data: Mapping[str, Any]) -> Settings | list[Problem]:
     try:
         return Settings.model_validate(data)
     except ValidationError as error:
-        # items that fail are not counted, so that a list of them is told to be short
-        errors = (e for e in error.errors(include_url=False) if not (e["type"] == "too_short" and e["input"]))
+        errors = (e for e in error.errors(include_url=False) if not _is_long_enough(e))
         return [_explain(details, data) for details in errors]
 
 
-def sections(
-    annotation: Any = Settings, loc: tuple[str, ...] = ()
-) -> Iterator[tuple[tuple[str, ...], type[BaseModel]]]:
-    """Walk the models of a schema, each with the location (without list indices) that its errors have."""
-    origin = get_origin(annotation)
-    if origin is Annotated:
-        inner, *metadata = get_args(annotation)
-        tags = tuple(item.tag for item in metadata if hasattr(item, "tag"))
-        yield from sections(inner, (*loc, *tags))
-    elif origin in (Union, types.UnionType):
-        members = get_args(annotation)
-        several = sum(_is_model(member) for member in members) > 1
-        for member in members:
-            yield from sections(member, (*loc, kind(member)) if several and _is_model(member) else loc)
-    elif origin is tuple:
-        yield from sections(get_args(annotation)[0], loc)
-    elif origin is dict:
-        yield from sections(get_args(annotation)[1], (*loc, ANY_KEY))
-    elif _is_model(annotation):
-        yield loc, annotation
-        for name, info in annotation.model_fields.items():
-            yield from sections(info.annotation, (*loc, name))
+def sections() -> Iterator[tuple[tuple[str, ...], type[BaseModel]]]:
+    """Walk the sections of a scenario file, each with the location that its errors have."""
+    return sections_of(Settings)
 
 
-def kind(model: type[BaseModel]) -> str:
-    """Give the value of the key that tells a model from others of its union, ``plane`` or ``box``."""
-    annotations = (info.annotation for info in model.model_fields.values())
-    return str(next(get_args(annotation)[0] for annotation in annotations if _is_single_literal(annotation)))
-
-
-def _is_model(annotation: Any) -> bool:
-    return isinstance(annotation, type) and issubclass(annotation, BaseModel)
-
-
-def _is_single_literal(annotation: Any) -> bool:
-    return get_origin(annotation) is Literal and len(get_args(annotation)) == 1
+def _is_long_enough(error: ErrorDetails) -> bool:
+    """Whether a list is called too short because items of it failed, which are not counted."""
+    return error["type"] == "too_short" and len(error["input"]) >= error["ctx"]["min_length"]
 
 
 @cache
@@ -92,6 +62,22 @@ def _models() -> dict[tuple[str, ...], type[BaseModel]]:
     return dict(sections())
 
 
+@cache
+def keys_elsewhere() -> Mapping[str, str]:
+    """Keys of the sections that may be varied, each with its dotted key; of several the first."""
+    found: dict[str, str] = {}
+    for loc, model in _models().items():
+        if len(loc) == 1 or (len(loc) in (2, 3) and choosing_key(model)):
+            found |= {name: f"{loc[0]}.{name}" for name in model.model_fields if name not in found}
+    return found
+
+
+def _outside(loc: tuple[int | str, ...]) -> Mapping[str, str]:
+    """Keys of other sections than the one of a location."""
+    own = f"{loc[0]}." if len(loc) > 1 else ""
+    return {name: place for name, place in keys_elsewhere().items() if not own or not place.startswith(own)}
+
+
 def _explain(error: ErrorDetails, data: Mapping[str, Any]) -> Problem:
     """Turn one of pydantic's errors into a problem."""
     loc, context, type_ = error["loc"], error.get("ctx", {}), error["type"]
@@ -102,8 +88,9 @@ def _explain(error: ErrorDetails, data: Mapping[str, Any]) -> Problem:
         return Problem(related[0], context["message"], related=related)
     if type_ == "extra_forbidden":
         model = _models()[_names(loc[:-1])]
-        keys = ", ".join(model.model_fields)
-        return Problem(path, f"expected one of the keys {keys}, found '{loc[-1]}'", at_key=True)
+        keys, name = ", ".join(model.model_fields), str(loc[-1])
+        hint = of_key(name, error["input"]) or meant(name, model.model_fields, _outside(loc))
+        return Problem(path, f"expected one of the keys {keys}, found '{name}'{hint}", at_key=True, hint=hint)
     if type_ == "missing":
         if isinstance(loc[-1], int):
             return Problem(path[:-1], f"expected 2 values, found {len(error['input'])}")
@@ -113,9 +100,14 @@ def _explain(error: ErrorDetails, data: Mapping[str, Any]) -> Problem:
         tags = [kind(model) for at, model in _models().items() if at[:-1] == _names(loc)]
         found = describe(error["input"].get(name))
         return Problem((*path, name), f"expected one of {', '.join(tags)}, found {found}")
+    hint = of_number(error["input"]) if type_ in ("float_type", "int_type") else ""
     if type_ in ("too_short", "too_long"):
-        found = str(context["actual_length"])
-    return Problem(path, f"expected {_EXPECTED[type_](context)}, found {found}")
+        found = str(len(error["input"]))
+        hint = of_length(error["input"], context.get("max_length", 0))
+    expected = _EXPECTED[type_](context)
+    if type_ == "too_short" and path[-1:] in (("line",), ("polygon",)):
+        expected = expected.replace("values", "corners")
+    return Problem(path, f"expected {expected}, found {found}{hint}", hint=hint)
 
 
 _EXPECTED: dict[str, Callable[[Mapping[str, Any]], str]] = {

@@ -39,7 +39,8 @@ class Document:
 
     data : its mapping, lists as tuples; empty where the text was no YAML mapping.
     keys, values : the place of each key and of each value by its path, ``("release", 0, "volume")``; an item
-    of a list has the same place in both. mistakes : all that was wrong with it as YAML.
+    of a list has the same place in both. mistakes : all that was wrong with it as YAML. no_file : whether
+    nobody has seen the text, so that mistakes have no place in it.
     """
 
     file: str
@@ -47,6 +48,7 @@ class Document:
     keys: dict[Path, Place] = field(default_factory=dict)
     values: dict[Path, Place] = field(default_factory=dict)
     mistakes: list[Mistake] = field(default_factory=list)
+    no_file: bool = False
 
     def mistake(self, path: Path, message: str, *, at_key: bool = False) -> Mistake:
         """Make a mistake about a path, at its value or its key, or at the nearest thing above it."""
@@ -57,6 +59,8 @@ class Document:
             places = self.keys
         else:
             place = Place(1, 1)
+        if self.no_file:
+            place = Place(0, 0)
         return Mistake(self.file, place.line, place.column, ".".join(map(str, path)), message)
 
 

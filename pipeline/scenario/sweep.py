@@ -7,6 +7,8 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from pipeline.scenario.strict_yaml import Path
+from pipeline.settings.section import declared
+from pipeline.settings.settings import Settings
 from pipeline.store.variables import COORDINATES, RETURN_PERIOD, WEIGHT, kept
 
 SWEEPABLE = ("gravity", "terrain", "release", "material", "boundaries", "scheme")
@@ -19,6 +21,7 @@ def path_of(key: str, data: Mapping[str, Any]) -> Path | None:
     """Give the path of a dotted key; None where a run of its own store would differ, or a part leads nowhere.
 
     Sections that may be left out are passed through; whether the last part exists is for the schema to say.
+    A single release may be addressed as the first of a list.
     """
     names = key.split(".")
     if names[0] not in SWEEPABLE:
@@ -31,6 +34,8 @@ def path_of(key: str, data: Mapping[str, Any]) -> Path | None:
                 return None
             path.append(int(name))
             node = node[int(name)]
+        elif isinstance(node, Mapping) and path == ["release"] and name == "0":
+            continue
         elif isinstance(node, Mapping):
             path.append(name)
             node = node.get(name, {})
@@ -48,6 +53,19 @@ def assign(data: Any, path: Path, value: Any) -> Any:
         index = int(first)
         return (*data[:index], assign(data[index], tuple(rest), value), *data[index + 1 :])
     return {**data, first: assign(data.get(first, {}), tuple(rest), value)}
+
+
+def meaning_of(key: str, settings: Settings) -> tuple[str, str]:
+    """Give unit and meaning of a dotted key, from the declaration of the last section on its way."""
+    at: Any = settings
+    unit = meaning = ""
+    for part in key.split("."):
+        if isinstance(at, tuple):
+            at = at[int(part)]
+        elif part in type(at).model_fields:
+            unit, meaning = declared(at, part, "unit"), declared(at, part, "description")
+            at = getattr(at, part)
+    return unit, meaning
 
 
 def coordinate_names(keys: Iterable[str]) -> dict[str, str]:

@@ -8,6 +8,7 @@ from typing import Any
 from pipeline.mistakes import describe
 from pipeline.scenario import schema_errors
 from pipeline.scenario.design import Design, draw
+from pipeline.scenario.hints import meant
 from pipeline.scenario.schema_errors import Problem
 from pipeline.scenario.strict_yaml import Path
 from pipeline.scenario.sweep import SWEEPABLE, Value, assign, path_of
@@ -17,8 +18,12 @@ from pipeline.settings.settings import OF_ALL_RUNS
 Check = Callable[[Mapping[str, Any]], list[Problem]]
 
 
-def check_design(document: Mapping[str, Any], problems: list[Problem], check: Check) -> list[Problem]:
+def check_design(
+    document: Mapping[str, Any], sample: Sample | None, problems: list[Problem], check: Check
+) -> list[Problem]:
     """List what is wrong with the sweep and the sample of a file that has ``problems`` beside them.
+
+    ``sample`` is that of the file's settings, where these keep to the schema.
 
     Values are tried one by one first. Only where the scenario holds and some values of each list are left
     are they tried together, and what is wrong then is put to the entry of the list that brought it in, or
@@ -34,9 +39,10 @@ def check_design(document: Mapping[str, Any], problems: list[Problem], check: Ch
             continue
         if any(_holds(problem.path, key) for problem in problems):
             continue
-        path = path_of(key, data)
-        if path is None or _is_unknown(path, _schema_problems(assign(data, path, values[0]))):
-            found.append(_no_key(("sweep", key), key))
+        path, unknown = _known(("sweep", key), key, data, values[0])
+        if path is None or path in lists:
+            again = Problem(("sweep", key), f"expected each key once, found '{key}' again", at_key=True)
+            found.append(unknown or again)
             continue
         found += _same_kind(key, values)
         lists[path] = {}
@@ -55,12 +61,12 @@ def check_design(document: Mapping[str, Any], problems: list[Problem], check: Ch
     if problems or not all(lists.values()):
         return found
     swept = {str(path): tuple(values) for path, values in lists.items()}
-    draws = draw(Sample.model_validate(document["sample"])) if document.get("sample") else {}
+    draws = {} if sample is None else draw(sample)
     for key, column in draws.items():
         place: Path = ("sample", "values", key)
-        path = path_of(key, data)
-        if path is None or _is_unknown(path, _schema_problems(assign(data, path, column[0]))):
-            found.append(_no_key(place, key))
+        path, unknown = _known(place, key, data, column[0])
+        if path is None:
+            found += [unknown] if unknown else []
         elif path in lists:
             found.append(Problem(place, f"expected a key that is not swept, found '{key}'", at_key=True))
         else:
@@ -94,9 +100,27 @@ def _together(
     return list(found)
 
 
-def _no_key(place: Path, key: str) -> Problem:
-    expected = f"expected a key of the scenario below {', '.join(SWEEPABLE)}, found '{key}'"
-    return Problem(place, expected, at_key=True)
+def _known(
+    place: Path, key: str, data: Mapping[str, Any], value: Value
+) -> tuple[Path, None] | tuple[None, Problem]:
+    """Give the path of a varied key, or what is wrong with it."""
+    path = path_of(key, data)
+    problems = [] if path is None else _schema_problems(assign(data, path, value))
+    if path is not None and not _is_unknown(path, problems):
+        return path, None
+    hint = next((problem.hint for problem in problems if problem.at_key), "") or _hint(key, data)
+    expected = f"expected a key of the scenario below {', '.join(SWEEPABLE)}, found '{key}'{hint}"
+    return None, Problem(place, expected, at_key=True)
+
+
+def _hint(key: str, data: Mapping[str, Any]) -> str:
+    """Say which key may be meant by one that leads nowhere."""
+    first, _, rest = key.partition(".")
+    if first == "release" and rest and isinstance(data.get("release"), tuple) and not rest[0].isdigit():
+        return f". Did you mean 'release.0.{rest}'?"
+    places = schema_errors.keys_elsewhere().items()
+    varied = {name: place for name, place in places if place.partition(".")[0] in SWEEPABLE}
+    return "" if first in SWEEPABLE else meant(first, SWEEPABLE, varied)
 
 
 def _schema_problems(data: Mapping[str, Any]) -> list[Problem]:

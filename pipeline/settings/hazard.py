@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
@@ -43,6 +43,12 @@ class Georeference(Section):
     origin: Pair = key("easting and northing of horizontal distance 0 at y = 0", "m")
     azimuth: Annotated[float, Field(ge=0, lt=360)] = key(
         "direction of growing x, clockwise from the north of the map; y grows to the left of it", "degrees"
+    )
+    receptors: Literal["bed", "map"] = key(
+        "what receptors are given in: x and y on the bed, or easting and northing", default="bed"
+    )
+    releases: Literal["bed", "map"] = key(
+        "what the centres of releases are given in; unlike the rest it changes the scenario", default="bed"
     )
 
     @model_validator(mode="after")

@@ -127,9 +127,15 @@ class Sample(Section):
         "draws; with `saltelli` they are `count` times the number of keys plus 2"
     )
     design: Literal["latin-hypercube", "sobol", "saltelli", "random"] = key(
-        "how the draws cover the space: in layers, evenly by Sobol's sequence, as Sobol's sensitivity "
-        "indices need them, or independently",
+        "how the draws cover the space",
         default="latin-hypercube",
+        choices={
+            "latin-hypercube": "in layers of each key",
+            "sobol": "evenly, by Sobol's sequence",
+            "saltelli": "as Sobol's sensitivity indices need them",
+            "random": "independently",
+        },
+        advice="`latin-hypercube` for probabilities, `saltelli` to rank parameters.",
     )
     seed: Seed = key("the same seed gives the same draws", default=0)
     correlations: tuple[Correlation, ...] = key("which keys go together; others are independent", default=())

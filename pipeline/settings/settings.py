@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from math import prod
+from math import ceil, floor, log10, prod, sqrt
 from typing import Annotated, Any, Literal, get_args
 
 from pydantic import Discriminator, Field, Tag, model_validator
 
 from pipeline.settings.hazard import Georeference, Hazard
+from pipeline.settings.physics import DEFAULT_SCHEME, AnyRelease, AnyScheme, AnyTerrain, Material
 from pipeline.settings.points import Points, Region
 from pipeline.settings.receptor import Receptor
-from pipeline.settings.release import AnyRelease
 from pipeline.settings.sample import Sample, Scalar
-from pipeline.settings.scheme import Collocation, Scheme, WeightedResidual
-from pipeline.settings.section import FrictionAngle, Positive, Section, key, relation
-from pipeline.settings.terrain import Terrain
+from pipeline.settings.section import Positive, Section, key, relation
+from solver.physics.constants import GRAVITY
+from solver.scheme import Collocation
 
 FieldName = Literal[
     "depth", "velocity_x", "velocity_y", "max_depth", "max_speed", "max_momentum_flux", "arrival_time",
@@ -26,39 +26,6 @@ FIELDS: tuple[FieldName, ...] = get_args(FieldName)
 
 class Domain(Region):
     """Bounds of the points; a lattice has points on them, and its cells reach half a spacing farther."""
-
-
-class Material(Section):
-    """Friction and earth pressure."""
-
-    bed_friction: FrictionAngle = key("bed friction angle", "degrees")
-    internal_friction: FrictionAngle | None = key(
-        "internal friction angle, at least `bed_friction`; needed with mohr-coulomb", "degrees", None
-    )
-    earth_pressure: Literal["mohr-coulomb", "isotropic"] = key(
-        "earth pressure coefficient: eqs. 8-11, or 1 everywhere", default="mohr-coulomb"
-    )
-    turbulent_friction: Positive | None = key(
-        "Voellmy's turbulent friction; Coulomb friction alone where it is left out", "m s-2", None
-    )
-
-    @model_validator(mode="after")
-    def _well_posed(self) -> Material:
-        if self.earth_pressure != "mohr-coulomb":
-            return self
-        if self.internal_friction is None:
-            raise relation(
-                "expected a value with earth_pressure mohr-coulomb, found nothing",
-                "internal_friction",
-                "earth_pressure",
-            )
-        if self.internal_friction < self.bed_friction:
-            found = (
-                f"expected at most internal_friction ({self.internal_friction:g}) with earth_pressure "
-                f"mohr-coulomb, found {self.bed_friction:g}"
-            )
-            raise relation(found, "bed_friction", "internal_friction", "earth_pressure")
-        return self
 
 
 class GivenDepth(Section):
@@ -81,7 +48,17 @@ Side = Annotated[
 class Boundaries(Section):
     """What stands at each side."""
 
-    x_min: Side = key("upslope side: `open`, `wall`, `no-slip` or `{depth: value in m}`", default="open")
+    x_min: Side = key(
+        "upslope side",
+        default="open",
+        choices={
+            "open": "lets material leave",
+            "wall": "no flow through it, free slip along it",
+            "no-slip": "no flow through it nor along it",
+            "{depth: value}": "holds a depth, m",
+        },
+        advice="Leave sides open where the flow should not reach them; what leaves is counted.",
+    )
     x_max: Side = key("downslope side, likewise", default="open")
     y_min: Side = key("side of lowest y, likewise", default="open")
     y_max: Side = key("side of highest y, likewise", default="open")
@@ -90,9 +67,19 @@ class Boundaries(Section):
 class Time(Section):
     """How long, and how often frames are kept."""
 
-    end: Positive = key("time to stop at", "s")
+    end: Positive | None = key(
+        "time to stop at. Default: once everything is at rest, at the latest 200 sqrt(L/g), L the longer "
+        "side of the domain and g gravity",
+        "s",
+        None,
+        advice="Leave it out where results are assessed: what still moves at the end is told as cut off.",
+    )
     output_every: Positive | None = key(
-        "time between frames, from 0; the end always is one. Default: a tenth of `end`", "s", None
+        "time between frames, from 0; the end always is one. Default: a tenth of `end`; without one ten of "
+        "2 sqrt(L/g)",
+        "s",
+        None,
+        advice="Maxima, arrival and deposit do not depend on it.",
     )
     stop_at_rest: bool = key("whether a run ends once everything is at rest", default=True)
     max_steps: Annotated[int, Field(gt=0)] | None = key(
@@ -104,6 +91,10 @@ class Time(Section):
 
     @model_validator(mode="after")
     def _within(self) -> Time:
+        if self.end is None:
+            if not self.stop_at_rest:
+                raise relation("expected a time, as runs do not stop at rest", "end", "stop_at_rest")
+            return self
         every = self.output_every or self.end
         if every > self.end:
             raise relation(f"expected at most end ({self.end:g}), found {every:g}", "output_every", "end")
@@ -123,6 +114,7 @@ class Output(Section):
         "depth above which a cell counts as reached or as deposit. Default: 1 % of the largest release depth",
         "m",
         None,
+        advice="Give it where runs of different volume are compared.",
     )
 
 
@@ -149,6 +141,22 @@ Numbers = Annotated[
 ]
 
 
+def _one_or_several(value: Any) -> str:
+    return "all" if isinstance(value, int | float) else _per_run_or_lists(value)
+
+
+# one for all runs, or as above
+Periods = Annotated[
+    Annotated[Positive, Tag("all")]
+    | Annotated[_Several, Tag("runs")]
+    | Annotated[dict[str, _Several], Tag("lists")],
+    Discriminator(_one_or_several),
+]
+
+# Latest end of runs that go on to rest, in times sqrt(L/g); Voellmy films creep for the longest of it.
+LATEST = 200
+
+
 OF_ALL_RUNS = {"sweep", "sample", "weights", "return_periods", "receptors", "georeference", "hazard"}
 
 
@@ -162,8 +170,8 @@ class Settings(Section):
         max_length=100,
     )
     description: str = key("what the scenario is, in a line", default="")
-    gravity: Positive = key("gravity; 1 for the paper's dimensionless cases", "m s-2", 9.81)
-    terrain: Terrain = key("shape of the bed")
+    gravity: Positive = key("gravity; 1 for the paper's dimensionless cases", "m s-2", GRAVITY)
+    terrain: AnyTerrain = key("shape of the bed")
     domain: Domain | None = key(
         "bounds of the points. Default: as far as the flow of any run comes, found by runs on wider spacing",
         default=None,
@@ -172,8 +180,8 @@ class Settings(Section):
     release: OneOrMany = key("what is released, one shape or a list of them")
     material: Material = key("friction and earth pressure")
     boundaries: Boundaries = key("what stands at each side", default=Boundaries())
-    scheme: Scheme = key("numerical choices", default=WeightedResidual())
-    time: Time = key("duration and frames")
+    scheme: AnyScheme = key("numerical choices", default=DEFAULT_SCHEME)
+    time: Time = key("duration and frames", default=Time())
     output: Output = key("what is kept", default=Output())
     sweep: dict[str, Annotated[tuple[Scalar, ...], Field(min_length=1)]] = key(
         "lists of values by dotted key (`material.bed_friction`, `release.0.volume`); "
@@ -186,8 +194,9 @@ class Settings(Section):
         "by key of the sweep with one an entry, which multiply. Default: all equally",
         default=None,
     )
-    return_periods: Numbers | None = key(
-        "mean time between events like that of a run: a list with one a run, or one list by key of the sweep",
+    return_periods: Periods | None = key(
+        "mean time between events like that of a run: one number for all runs, a list with one a run, or one "
+        "list by key of the sweep",
         "years",
         None,
     )
@@ -226,7 +235,7 @@ class Settings(Section):
 
     @model_validator(mode="after")
     def _possible(self) -> Settings:
-        if isinstance(self.scheme, Collocation):
+        if self.scheme.source is Collocation:
             for side, stands in self.boundaries:
                 if isinstance(stands, GivenDepth):
                     found = "expected open, wall or no-slip with form collocation, found a given depth"
@@ -236,9 +245,22 @@ class Settings(Section):
     @model_validator(mode="after")
     def _weighted(self) -> Settings:
         self._check_numbers("weights", self.weights)
-        self._check_numbers("return_periods", self.return_periods)
+        if not isinstance(self.return_periods, int | float):
+            self._check_numbers("return_periods", self.return_periods)
         if isinstance(self.return_periods, dict) and len(self.return_periods) != 1:
             raise relation(f"expected one list, found {len(self.return_periods)}", "return_periods")
+        return self
+
+    @model_validator(mode="after")
+    def _timed(self) -> Settings:
+        if self.time.end is None and "gravity" in self.varied:
+            raise relation("expected a time, as gravity differs between the runs", "time.end", "gravity")
+        if self.time.end is None and self.time.output_every is not None and self.domain is not None:
+            frames = self.latest_end / self.time.output_every
+            if not 1 <= frames <= MOST_FRAMES:
+                expected = f"expected 1 to {MOST_FRAMES:,} frames until {self.latest_end:g} s"
+                found = f"{expected}, found {frames:.3g}"
+                raise relation(found, "time.output_every", "time.end", "domain")
         return self
 
     @model_validator(mode="after")
@@ -247,12 +269,6 @@ class Settings(Section):
         for i, name in enumerate(names):
             if name in names[:i]:
                 raise relation(f"expected a name of its own, found '{name}' again", f"receptors.{i}.name")
-        for i, receptor in enumerate(self.receptors):
-            for x, y in receptor.corners:
-                if self.domain is not None and not self.domain.holds(x, y):
-                    (x0, x1), (y0, y1) = self.domain.x, self.domain.y
-                    found = f"expected places in the domain, x [{x0:g}, {x1:g}] and y [{y0:g}, {y1:g}]"
-                    raise relation(f"{found}, found [{x:g}, {y:g}]", f"receptors.{i}", "domain")
         return self
 
     def _check_numbers(
@@ -286,6 +302,23 @@ class Settings(Section):
         """The domain, which is known once it was given or found."""
         assert self.domain is not None
         return self.domain
+
+    @property
+    def table_file(self) -> str | None:
+        """File of the elevation table, where the terrain is read from one."""
+        found: str | None = getattr(self.terrain, "file", None)
+        return found
+
+    @property
+    def latest_end(self) -> float:
+        """Time that runs end at, at rest or not, s; it takes a domain where ``time.end`` is left out."""
+        if self.time.end is not None:
+            return self.time.end
+        length = max(high - low for low, high in (self.bounds.x, self.bounds.y))
+        latest = LATEST * sqrt(length / self.gravity)
+        # two digits are enough, and are read more easily
+        step = 10.0 ** (floor(log10(latest)) - 1)
+        return ceil(latest / step) * step
 
     @property
     def releases(self) -> tuple[AnyRelease, ...]:

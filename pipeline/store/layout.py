@@ -2,13 +2,8 @@
 
 from __future__ import annotations
 
-import errno
-import shutil
-import tempfile
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,9 +11,10 @@ import zarr
 from numpy.typing import NDArray
 from zarr.codecs import ZstdCodec
 
-from pipeline.store import storage
+from pipeline.store.provenance import made_by
+from pipeline.store.storage import Location, storage_of, store_of
 from pipeline.store.variables import DIGEST, RETURN_PERIOD, STATUS, WEIGHT, Variable
-from pipeline.store.zarr_store import digest, dims
+from pipeline.store.zarr_store import attributes, digest, dims
 
 LARGEST_CHUNK = 20_000_000
 FRAMES_PER_CHUNK = 8
@@ -52,7 +48,7 @@ class Template:
     coordinates: tuple[tuple[Variable, NDArray[Any]], ...]
     sizes: Mapping[str, int]
     group: int
-    attributes: Mapping[str, str]
+    attributes: Mapping[str, str | float]
 
     def __post_init__(self) -> None:
         assert self.variables[-2:] == (DIGEST, STATUS), "status is written last, after the digest"
@@ -95,15 +91,13 @@ def group_size(runs: int, seconds_per_run: float, bytes_per_run: int) -> int:
     return max(1, int(min(by_time, by_size, runs / LEAST_TASKS)))
 
 
-def create(path: Path, template: Template, *, replace: bool = True) -> None:
+def create(path: Location, template: Template, *, replace: bool = True) -> None:
     """Make the store of a template, replacing one that is there; it appears whole or not at all.
 
-    At a URL it is no store until its root is there, which is written last.
     With ``replace=False`` one that another process has made meanwhile stays.
     """
-    where = None if storage.is_url(path) else path.parent
-    aside = Path(tempfile.mkdtemp(prefix=f".{path.name}.", suffix=".partial", dir=where))
-    aside.chmod(0o755)
+    storage = storage_of(path)
+    aside = storage.aside()
     auxiliary = " ".join(v.name for v, _ in template.coordinates if v.dims != (v.name,))
     known = {
         v.name: np.asarray(values, v.dtype if v.dtype != "string" else object)
@@ -122,41 +116,31 @@ def create(path: Path, template: Template, *, replace: bool = True) -> None:
         _create_array(
             root, variable, template.shape(variable), template.chunk(variable), template.shard(variable)
         )
-    if storage.is_url(path):
-        if replace:
-            storage.remove(path)
-        with suppress(FileExistsError):
-            storage.upload(aside, path)
-    elif not replace:
-        try:
-            # a folder takes no other's place that has something in it
-            aside.rename(path)
-        except OSError as error:
-            shutil.rmtree(aside)
-            if error.errno not in (errno.ENOTEMPTY, errno.EEXIST):
-                raise
-    elif path.exists():
-        old = aside.with_name(f"{aside.name}.old.partial")
-        path.rename(old)
-        aside.rename(path)
-        shutil.rmtree(old)
-    else:
-        aside.rename(path)
+    storage.publish(aside, replace=replace)
 
 
-def restate(path: Path, said: Mapping[str, str], shares: Sequence[tuple[Variable, NDArray[Any]]]) -> None:
+def add_summaries(path: Location) -> None:
+    """Note in a store that values of further runs are made by the code of this process."""
+    before = str(attributes(path).get("summary_hash", ""))
+    here = made_by()["summary_hash"]
+    if here not in before.split():
+        root = zarr.open_group(store_of(path), mode="r+", use_consolidated=False)
+        root.attrs.update({"summary_hash": f"{before} {here}".strip()})
+
+
+def restate(path: Location, said: Mapping[str, str], shares: Sequence[tuple[Variable, NDArray[Any]]]) -> None:
     """Write anew what a store says of its runs that has no part in their values.
 
     Parameters
     ----------
-    path : Path
+    path : Location
         The store.
     said : mapping of str to str
         Attributes: the scenario's text and the like.
     shares : sequence of (Variable, array)
         Weights and return periods, shape (runs,).
     """
-    root = zarr.open_group(storage.store_of(path), mode="r+", use_consolidated=False)
+    root = zarr.open_group(store_of(path), mode="r+", use_consolidated=False)
     before = dict(root.attrs)
     if all(before.get(name) == value for name, value in said.items()):
         return

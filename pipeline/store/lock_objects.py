@@ -7,11 +7,15 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from datetime import UTC, datetime
-from pathlib import Path
 from threading import Event, Thread
 from time import monotonic, sleep
+from typing import TYPE_CHECKING
 
-from pipeline.store import storage
+from pipeline.store import objects
+from pipeline.store.lock_files import TakenError
+
+if TYPE_CHECKING:
+    from pipeline.store.storage import Location
 
 BEAT_SECONDS = 5.0
 # An owner that was not heard of for so long is dead, by the clock of who waits.
@@ -19,11 +23,7 @@ DEAD_SECONDS = 30.0
 WHOLE = "whole"
 
 
-class TakenError(Exception):
-    """Another holds the place; ``str()`` says who."""
-
-
-def locks(folder: Path, role: str) -> dict[str, str]:
+def locks(folder: Location, role: str) -> dict[str, str]:
     """Give the locks that exclude a role, their contents by name.
 
     A role is ``whole``, or ``part-<index>-of-<what all parts have in common>``.
@@ -37,13 +37,13 @@ def locks(folder: Path, role: str) -> dict[str, str]:
 
 
 @contextmanager
-def held(folder: Path, role: str, owner: str) -> Iterator[None]:
+def held(folder: Location, role: str, owner: str) -> Iterator[None]:
     """Hold a role.
 
     Parameters
     ----------
-    folder : Path
-        Of the locks.
+    folder : Location
+        Of the locks of a place.
     role : str
         What is to be excluded, see `locks`.
     owner : str
@@ -56,19 +56,19 @@ def held(folder: Path, role: str, owner: str) -> Iterator[None]:
     OSError
         If the place does not answer.
     """
-    with storage.reached():
+    with objects.reached():
         dead = _dead(folder, role)
         own = [int(name.rpartition(".")[2]) for name in dead if name.startswith(f"{role}.")]
         lock = folder / f"{role}.{max(own, default=0) + 1}"
         content = _content(owner)
         try:
-            storage.create(lock, content.encode())
+            objects.create(lock, content.encode())
         except FileExistsError:
-            raise TakenError(_words(_read(lock))) from None
+            raise _taken(folder, _read(lock)) from None
         others = {n: c for n, c in locks(folder, role).items() if n != lock.name and dead.get(n) != c}
         if others:
             lock.unlink()
-            raise TakenError(_words(next(iter(others.values()))))
+            raise _taken(folder, next(iter(others.values())))
         for name in dead:
             (folder / name).unlink(missing_ok=True)
     ended = Event()
@@ -79,23 +79,23 @@ def held(folder: Path, role: str, owner: str) -> Iterator[None]:
     finally:
         ended.set()
         beating.join()
-        with storage.reached():
+        with objects.reached():
             lock.unlink(missing_ok=True)
 
 
-def _dead(folder: Path, role: str) -> dict[str, str]:
+def _dead(folder: Location, role: str) -> dict[str, str]:
     """Give the locks of owners that are dead; waits until that is sure."""
     first, began = locks(folder, role), monotonic()
     while first and monotonic() - began < DEAD_SECONDS:
         sleep(BEAT_SECONDS / 2)
         now = locks(folder, role)
         if changed := [content for name, content in now.items() if first.get(name) != content]:
-            raise TakenError(_words(changed[0]))
+            raise _taken(folder, changed[0])
         first = now
     return first
 
 
-def _beat(lock: Path, owner: str, content: str, ended: Event) -> None:
+def _beat(lock: Location, owner: str, content: str, ended: Event) -> None:
     """Renew a lock; stop the batch as Ctrl-C does where another has taken the place meanwhile."""
     heard = monotonic()
     while not ended.wait(BEAT_SECONDS):
@@ -103,7 +103,7 @@ def _beat(lock: Path, owner: str, content: str, ended: Event) -> None:
             if _read(lock) != content:
                 break
             content = _content(owner)
-            storage.put(lock, content.encode())
+            objects.put(lock, content.encode())
             heard = monotonic()
         except OSError:
             if monotonic() - heard > DEAD_SECONDS:
@@ -124,20 +124,24 @@ def _content(owner: str) -> str:
     return f"{owner}, as of {datetime.now(UTC).isoformat()}"
 
 
+def _taken(folder: Location, content: str) -> TakenError:
+    return TakenError(f"{folder.parent} is in use by {_words(content)}")
+
+
 def _words(content: str) -> str:
     return content.rpartition(".")[0] + " UTC" if content else "another process"
 
 
-def _read(lock: Path) -> str:
+def _read(lock: Location) -> str:
     """Give the content of a lock, empty where it is gone."""
     try:
-        with storage.reached():
+        with objects.reached():
             return lock.read_bytes().decode()
     except FileNotFoundError:
         return ""
 
 
-def holder(folder: Path) -> str | None:
+def holder(folder: Location) -> str | None:
     """Say who holds a place in any role, and when they last said so; None where nobody does."""
     found = locks(folder, WHOLE)
     return ", ".join(map(_words, found.values())) or None

@@ -1,29 +1,23 @@
-"""What decides a run besides its scenario: the solver's code, and the libraries beneath it."""
+"""What decides a run besides its scenario: the code that computes it, and the libraries beneath it.
+
+Which code that is, its imports say (see `solver.sources`).
+"""
 
 from __future__ import annotations
 
-import ast
 import hashlib
 import platform
 from collections.abc import Mapping
-from contextlib import suppress
 from functools import cache
 from importlib.metadata import version
-from pathlib import Path
 
-from pipeline.store.storage import put
+from solver import sources
 
-# Modules of this package that turn settings into a scene, or a result into what the store holds.
-DECISIVE = (
-    "runs.runs",
-    "runs.shared_points",
-    "runs.summary",
-    "runs.template",
-    "scenario.solver_objects",
-    "batch.task",
-)
+# what makes the scene of a run and has it computed, and what makes stored values of the result
+COMPUTING = "pipeline.runs.scene_of_run"
+STORING = "pipeline.runs.stored_values"
 PACKAGES = ("lmls", "numpy", "scipy", "numba", "xarray", "zarr")
-# What may change a value; a store keeps to one of each.
+# What may change the solution of a run; a store keeps to one of each.
 BINDING = {
     "solver_hash": "solver",
     "numpy_version": "NumPy",
@@ -36,7 +30,8 @@ BINDING = {
 def made_by() -> dict[str, str]:
     """Attributes of a store that say what makes it."""
     return {
-        "solver_hash": _solver_hash(),
+        "solver_hash": solver_hash(),
+        "summary_hash": summary_hash(),
         "python_version": platform.python_version(),
         **{f"{name}_version": version(name) for name in PACKAGES},
     }
@@ -68,40 +63,28 @@ def short(value: object) -> str:
     return "unknown" if value is None else str(value)[:12]
 
 
-def _solver_hash() -> str:
-    """SHA-256 of the solver's code and of the modules around it that decide a run's values.
+def computing() -> frozenset[str]:
+    """Names of the modules that compute a run: the solver, and what makes its scene."""
+    return sources.closure([COMPUTING], sources.modules_of("solver", "pipeline"))
+
+
+def storing() -> frozenset[str]:
+    """Names of the modules that make the stored values of a run from its result."""
+    return sources.closure([STORING], sources.modules_of("solver", "pipeline")) - computing()
+
+
+def solver_hash() -> str:
+    """SHA-256 of the code that computes a run.
 
     A declared version would hold only as long as nobody forgets to raise it. Docstrings and comments do not
     count: better words are no reason to compute for days again.
     """
-    here = Path(__file__).parent
-    pipeline = here.parent
-    solver = pipeline.parent / "solver"
-    paths = [
-        *(path for path in sorted(solver.rglob("*.py")) if "verification" not in path.parts),
-        *((pipeline / name.replace(".", "/")).with_suffix(".py") for name in DECISIVE),
-    ]
-    sources = {str(path.relative_to(pipeline.parent)): path.read_text(encoding="utf-8") for path in paths}
-    # to go through all code takes half a second, and it rarely changes
-    decides = platform.python_version(), Path(__file__).read_text(encoding="utf-8"), sources
-    kept = here / "__pycache__" / f"solver-{hashlib.sha256(repr(decides).encode()).hexdigest()}"
-    with suppress(OSError):
-        return kept.read_text(encoding="ascii")
-    digest = hashlib.sha256()
-    for name, source in sources.items():
-        digest.update(f"{name}\n{code(source)}\n".encode())
-    with suppress(OSError):
-        kept.parent.mkdir(exist_ok=True)
-        put(kept, digest.hexdigest().encode())
-    return digest.hexdigest()
+    return sources.fingerprint(computing(), sources.modules_of("solver", "pipeline"))
 
 
-def code(source: str) -> str:
-    """Give source code without its comments and docstrings."""
-    tree = ast.parse(source)
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
-            match node.body:
-                case [ast.Expr(ast.Constant(str())), *rest]:
-                    node.body = rest
-    return ast.unparse(tree)
+def summary_hash() -> str:
+    """SHA-256 of the code that makes the stored values of a run from its result.
+
+    It is recorded and not binding: a further summary is no reason to refuse the runs that lack it.
+    """
+    return sources.fingerprint(storing(), sources.modules_of("solver", "pipeline"))

@@ -3,25 +3,32 @@
 from __future__ import annotations
 
 from io import BytesIO
-from pathlib import Path
 
 import pandas as pd
 
-from pipeline.store import storage
 from pipeline.store.place import store_paths
-from pipeline.store.variables import PER_RUN, RETURN_PERIOD, STATUS, WEIGHT, Status
+from pipeline.store.storage import Location, put
+from pipeline.store.variables import FIELDS, PER_RUN, RETURN_PERIOD, STATUS, WEIGHT, Status
 from pipeline.store.zarr_store import open_store
 
 HEAD = ("scenario", "run", "status")
 SHARES = (WEIGHT.name, RETURN_PERIOD.name)
+# relative error of volume; a sum of doubles has none that is smaller
+ERROR = "volume_error"
+ROUND_OFF = 1e-15
+UNITS = {variable.name: variable.units for variable in (WEIGHT, RETURN_PERIOD, *FIELDS, *PER_RUN)} | {
+    **{"time": "s", "arrival": "s", "depth": "m", "speed": "m s-1", "pressure": "kPa"},
+    **{"half_width": "m", "deepest": "m", "body_speed": "m s-1", "film_speed": "m s-1"},
+    **{"runout_misfit": "m", "depth_rmse": "m"},
+}
 
 
-def read(out: Path) -> pd.DataFrame:
+def read(out: Location) -> pd.DataFrame:
     """Read the table of a place from its stores.
 
     Parameters
     ----------
-    out : Path
+    out : Location
         The place.
 
     Returns
@@ -41,10 +48,12 @@ def read(out: Path) -> pd.DataFrame:
     known = [*HEAD, *SHARES, *(v.name for v in PER_RUN)]
     whole = pd.concat(tables, ignore_index=True)
     varied = [name for name in names if name not in known]
-    return whole[[*HEAD, *varied, *(name for name in known[len(HEAD) :] if name in names)]]
+    whole = whole[[*HEAD, *varied, *(name for name in known[len(HEAD) :] if name in names)]]
+    whole.attrs["units"] = {name: unit for table in tables for name, unit in table.attrs["units"].items()}
+    return whole
 
 
-def _rows(path: Path) -> pd.DataFrame:
+def _rows(path: Location) -> pd.DataFrame:
     """Rows of one store."""
     with open_store(path) as store:
         given = [str(name) for name, c in store.coords.items() if c.dims == ("run",) and name != "run"]
@@ -55,10 +64,11 @@ def _rows(path: Path) -> pd.DataFrame:
         table.insert(0, "status", [Status(s).words for s in store[STATUS.name].to_numpy()])
         table.insert(0, "run", store["run"].to_numpy())
         table.insert(0, "scenario", str(store.attrs["title"]))
+        table.attrs["units"] = {name: str(store[name].attrs.get("units", "")) for name in names}
     return table
 
 
-def write(table: pd.DataFrame, path: Path) -> None:
+def write(table: pd.DataFrame, path: Location) -> None:
     """Write the table as the ending of the path says, a file that was there is replaced.
 
     ``.parquet`` and ``.md`` are Parquet and Markdown, all else is CSV.
@@ -77,19 +87,59 @@ def write(table: pd.DataFrame, path: Path) -> None:
         held.write(markdown(table).encode())
     else:
         table.to_csv(held, index=False)
-    storage.put(path, held.getvalue())
+    put(path, held.getvalue())
 
 
 def markdown(table: pd.DataFrame) -> str:
-    """Give a table in Markdown, numbers to four digits."""
-    lines = [" | ".join(table.columns), " | ".join("---" for _ in table.columns)]
+    """Give a table in Markdown: units in the headings, numbers to four digits."""
+    known = units(table)
+    heads = [f"{name} ({known[name]})" if known.get(name) else name for name in map(str, table.columns)]
+    lines = [" | ".join(map(_cell, heads)), " | ".join("---" for _ in heads)]
     for row in table.itertuples(index=False):
-        lines.append(" | ".join(text(value) for value in row))
+        cells = (text(value, error=name == ERROR) for name, value in zip(table.columns, row, strict=True))
+        lines.append(" | ".join(map(_cell, cells)))
     return "".join(f"| {line} |\n" for line in lines)
 
 
-def text(value: object) -> str:
-    """Write a value for people, a number to four digits; a missing one as a dash."""
-    if value is pd.NA or value != value:
+def _cell(words: str) -> str:
+    """Write words so that no mark or end of a line in them ends their cell."""
+    return " ".join(words.replace("\\", "\\\\").replace("|", "\\|").split())
+
+
+def units(table: pd.DataFrame) -> dict[str, str]:
+    """Units of the columns of a table that have one, by name; pure numbers and words have none.
+
+    Those of varied parameters come with the table that `read` gives.
+    """
+    given = dict(table.attrs.get("units", {}))
+    found = {str(name): given.get(name) or _unit(str(name)) for name in table.columns}
+    return {name: unit for name, unit in found.items() if unit not in ("", "1")}
+
+
+def _unit(column: str) -> str:
+    """Find the unit of a column by its name, or by that of the quantity it is a statistic of."""
+    for prefix in ("", "median_", "largest_", "first_", "max_"):
+        if column.startswith(prefix) and (unit := UNITS.get(column.removeprefix(prefix))):
+            return unit
+    return ""
+
+
+def missing(value: object) -> bool:
+    """Whether a cell of a table is empty."""
+    return value is None or value is pd.NA or value != value
+
+
+def text(value: object, *, error: bool = False) -> str:
+    """Write a value for people, a number to four digits; a missing one as a dash.
+
+    With ``error`` a number is a relative error: what is below round-off is said to be so.
+    """
+    if missing(value):
         return "-"
-    return f"{value:.4g}" if isinstance(value, float) else str(value)
+    if not isinstance(value, float):
+        return str(value)
+    if error:
+        return f"{value:.2g}" if value == 0 or abs(value) >= ROUND_OFF else f"<{ROUND_OFF:.0e}"
+    short = float(f"{value:.4g}")
+    # no powers of ten where people write none
+    return f"{short:,.0f}" if 1e4 <= abs(short) < 1e9 else f"{short:.4g}"

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 from pipeline.store import provenance, zarr_store
 from pipeline.store.place import holder, store_paths
 from pipeline.store.provenance import short
+from pipeline.store.storage import Location
 from pipeline.store.variables import Status
 
 
@@ -32,14 +32,20 @@ class Survey:
         total = sum(self.statuses.values())
         counts = ", ".join(f"{self.statuses[s]} {s.words.replace('_', ' ')}" for s in Status)
         held = self.attributes
-        made = f"made by lmls {held.get('lmls_version', 'unknown')}, solver {short(held.get('solver_hash'))}"
+        summaries = [short(each) for each in str(held.get("summary_hash", "unknown")).split()]
+        made = (
+            f"made by lmls {held.get('lmls_version', 'unknown')}, solver {short(held.get('solver_hash'))}, "
+            f"summaries {' and '.join(summaries)}"
+        )
         changed = provenance.differences(held)
         note = f"; another one here: {', '.join(changed)}" if changed else ""
+        if (here := short(provenance.made_by()["summary_hash"])) not in summaries:
+            note += f"; summaries here: {here}"
         scenario = short(held.get("scenario_hash"))
         return f"{self.name}: {total} run{'s' * (total != 1)}: {counts}\n  scenario {scenario}, {made}{note}"
 
 
-def survey(out: Path) -> Iterator[Survey]:
+def survey(out: Location) -> Iterator[Survey]:
     """Survey the stores of a place, one by one; what is no store of scenarios is passed over.
 
     Raises
@@ -53,7 +59,7 @@ def survey(out: Path) -> Iterator[Survey]:
         yield Survey(path.stem, Counter(map(Status, zarr_store.statuses(path))), zarr_store.attributes(path))
 
 
-def use(out: Path) -> str:
+def use(out: Location) -> str:
     """Say who is at a place."""
     found = holder(out)
     return f"in use by {found}" if found else "nobody is at it"

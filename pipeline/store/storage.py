@@ -1,65 +1,184 @@
-"""Places that are URLs: what is done otherwise there than in a folder of this machine."""
+"""Storage of results: what a folder of this machine and the objects of a URL do each in its own way."""
 
 from __future__ import annotations
 
-import os
-import shutil
+import re
 from collections.abc import Iterator
-from contextlib import contextmanager
-from importlib import import_module
+from contextlib import AbstractContextManager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import IO, TYPE_CHECKING, Any, Protocol
+
+from pipeline.store import objects
+from pipeline.store.folder import Folder
+from pipeline.store.object_store import ObjectStore
+
+SCHEME = re.compile("[A-Za-z][A-Za-z0-9+.-]+")
 
 if TYPE_CHECKING:
     from zarr.storage import FsspecStore
 
-# another process may have written since a folder was listed
-OPTIONS = {"use_listings_cache": False}
+
+class Location(Protocol):
+    """What a path and a URL have in common; it pickles, and ``str()`` gives it as it is written."""
+
+    @property
+    def name(self) -> str:
+        """Last part."""
+
+    @property
+    def stem(self) -> str:
+        """Last part without its ending."""
+
+    @property
+    def suffix(self) -> str:
+        """Ending of the last part, with its dot."""
+
+    @property
+    def parent(self) -> Location:
+        """What it lies in."""
+
+    def __hash__(self) -> int: ...
+
+    def __truediv__(self, name: str, /) -> Location: ...
+
+    def with_name(self, name: str, /) -> Location:
+        """Give the location of another last part."""
+
+    def with_suffix(self, suffix: str, /) -> Location:
+        """Give the location of another ending."""
+
+    def resolve(self) -> Location:
+        """Give the location without dots and links."""
+
+    def exists(self) -> bool:
+        """Whether there is something."""
+
+    def iterdir(self) -> Iterator[Location]:
+        """Go through what is directly below."""
+
+    def glob(self, pattern: str, /) -> Iterator[Location]:
+        """Go through what matches below."""
+
+    def mkdir(self, *, parents: bool = False, exist_ok: bool = False) -> None:
+        """Make a folder; at a URL there is nothing to make."""
+
+    def open(self, mode: str, /) -> IO[Any]:
+        """Open a file."""
+
+    def read_bytes(self) -> bytes:
+        """Read a file."""
+
+    def write_bytes(self, data: bytes, /) -> int:
+        """Write a file."""
+
+    def unlink(self, missing_ok: bool = False) -> None:
+        """Remove a file."""
 
 
-def located(text: str) -> Path:
-    """Give the path of a place; that of a URL does what paths do, by fsspec.
+class Storage(Protocol):
+    """What is done at one location."""
+
+    def absolute(self) -> Location:
+        """Give the location by a name that holds for every process."""
+
+    def at_hand(self) -> Path:
+        """Give where pictures, maps and tables go, which are written to a folder."""
+
+    def log(self) -> Path | None:
+        """Give the log of a place, which a line a run is appended to; None where nothing can be appended."""
+
+    def to_zarr(self) -> Path | FsspecStore:
+        """Give what zarr opens."""
+
+    def is_made(self) -> bool:
+        """Whether there is a store."""
+
+    def put(self, data: bytes) -> None:
+        """Write a file whole or not at all.
+
+        Raises
+        ------
+        OSError
+            If it cannot be written.
+        """
+
+    def aside(self) -> Path:
+        """Make a folder of this machine in which a store is made before it is published."""
+
+    def publish(self, aside: Path, *, replace: bool) -> None:
+        """Move a store here from the folder it was made in; it appears whole or not at all.
+
+        Without ``replace`` one that another process has made meanwhile stays.
+        """
+
+    def remove(self) -> None:
+        """Remove a folder with all that is in it; nothing where there is none."""
+
+    def remove_if_empty(self) -> None:
+        """Remove a folder that has nothing in it."""
+
+    def sweep(self) -> int:
+        """Remove what killed writers left in a place nobody else writes to; gives how many things."""
+
+    def held(self) -> AbstractContextManager[None]:
+        """Hold a place, made where it is missing, as its only driver.
+
+        Raises
+        ------
+        TakenError
+            If another process holds it.
+        OSError
+            If the place cannot be made or written.
+        """
+
+    def held_in_part(self, index: int, count: int, scenarios: str) -> AbstractContextManager[bool]:
+        """Hold part ``index`` of ``count``, from 1; gives whether it is known that nobody else was there.
+
+        Raises
+        ------
+        TakenError
+            If a driver of the whole holds the place, parts of something else, or another process this part.
+        OSError
+            If the place cannot be made or written.
+        """
+
+    def holder(self) -> str | None:
+        """Say which process holds a place; None where none does. Writes nothing."""
+
+
+def storage_of(location: Location) -> Storage:
+    """Give the storage of a location."""
+    return Folder(location) if isinstance(location, Path) else ObjectStore(location)
+
+
+def located(text: str) -> Location:
+    """Give the location of a folder or of a URL.
 
     Raises
     ------
     ImportError
         If what speaks to the URL is not installed.
     ValueError
-        If nothing is known to.
+        If it is no whole URL, or nothing is known that speaks to it. The message says what to write.
     """
-    if "://" not in text:
+    scheme, colon, rest = text.partition(":")
+    # a name of a folder may hold a colon, but hardly begin with a word, a colon and a slash
+    if not (colon and rest.startswith("/") and SCHEME.fullmatch(scheme)):
         return Path(text)
-    found: Any = import_module("upath").UPath(text, **OPTIONS)
-    # whether it can be spoken to is seen no sooner
-    assert found.fs is not None
-    return cast(Path, found)
+    path = rest.lstrip("/")
+    if scheme == "file":
+        return Path("/", path)
+    if not rest.startswith("//") or not path:
+        raise ValueError(f"{text}: expected a URL as {scheme}://{path or 'bucket/path'}, or a folder")
+    return objects.located(text)
 
 
-def is_url(path: Path) -> bool:
-    """Whether a path is that of a URL."""
-    return not isinstance(path, Path)
-
-
-def at_hand(path: Path) -> Path:
-    """Give where pictures, maps and tables go: of a URL to their name in the folder one is in."""
-    return Path(path.name) if is_url(path) else path
-
-
-def store_of(path: Path) -> Path | FsspecStore:
+def store_of(location: Location) -> Path | FsspecStore:
     """Give what zarr opens."""
-    if not is_url(path):
-        return path
-    from zarr.storage import FsspecStore
-
-    return FsspecStore.from_url(str(path), storage_options=OPTIONS)
+    return storage_of(location).to_zarr()
 
 
-def is_made(path: Path) -> bool:
-    """Whether there is a store: at a URL its root is written last of all, and makes it one."""
-    return (path / "zarr.json").exists() if is_url(path) else path.exists()
-
-
-def put(path: Path, data: bytes) -> None:
+def put(location: Location, data: bytes) -> None:
     """Write a file whole or not at all.
 
     Raises
@@ -67,77 +186,14 @@ def put(path: Path, data: bytes) -> None:
     OSError
         If it cannot be written.
     """
-    if is_url(path):
-        with reached():
-            path.write_bytes(data)
-        return
-    with whole(path) as aside:
-        aside.write_bytes(data)
+    storage_of(location).put(data)
 
 
-@contextmanager
-def whole(path: Path, ending: str = "") -> Iterator[Path]:
-    """Give the name that a file of a folder has until it is whole; then it replaces what was there.
-
-    ``ending`` is for writers that look at the end of a name; what is killed leaves a file that is not swept.
-    """
-    aside = path.with_name(f".{path.name}.{os.getpid()}.partial{ending}")
-    try:
-        yield aside
-        aside.replace(path)
-    finally:
-        aside.unlink(missing_ok=True)
+def is_made(location: Location) -> bool:
+    """Whether there is a store."""
+    return storage_of(location).is_made()
 
 
-def create(path: Path, data: bytes) -> None:
-    """Write an object of a URL that is not there.
-
-    Raises
-    ------
-    FileExistsError
-        If it is there; of several processes at once, one succeeds.
-    """
-    at: Any = path
-    with reached():
-        at.fs.pipe_file(at.path, data, mode="create")
-
-
-def upload(folder: Path, path: Path) -> None:
-    """Move a store of this machine to a URL; its root comes last, and only where none is."""
-    at: Any = path
-    files = {f"{at.path}/{file.relative_to(folder).as_posix()}": file for file in folder.rglob("*")}
-    held = {name: file.read_bytes() for name, file in files.items() if file.is_file()}
-    shutil.rmtree(folder)
-    root = held.pop(f"{at.path}/zarr.json")
-    with reached():
-        at.fs.pipe(held)
-    create(path / "zarr.json", root)
-
-
-def remove(path: Path) -> None:
-    """Remove a folder with all that is in it, the root of a store first; nothing where there is none."""
-    if not is_url(path):
-        shutil.rmtree(path, ignore_errors=True)
-        return
-    at: Any = path
-    (path / "zarr.json").unlink(missing_ok=True)
-    if path.exists():
-        at.fs.rm(at.path, recursive=True)
-
-
-@contextmanager
-def reached() -> Iterator[None]:
-    """Make an OSError of a URL that does not answer."""
-    try:
-        yield
-    except unreachable() as error:
-        raise OSError(str(error)) from error
-
-
-def unreachable() -> tuple[type[Exception], ...]:
-    """Errors of URLs that do not answer and are no OSError."""
-    try:
-        found: type[Exception] = import_module("botocore.exceptions").BotoCoreError
-    except ImportError:
-        return ()
-    return (found,)
+def at_hand(location: Location) -> Path:
+    """Give where pictures, maps and tables go: of a URL to their name in the folder one is in."""
+    return storage_of(location).at_hand()

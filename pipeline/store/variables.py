@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
 from typing import Any, Literal
@@ -18,15 +19,27 @@ class Status(IntEnum):
     DONE = 1
     FAILED = 2
     OVERRUN = 3
+    CUT_OFF = 4
+    OVERRUN_AND_CUT_OFF = 5
 
     @property
     def words(self) -> str:
         """The status as it stands in tables and in CF ``flag_meanings``."""
         return "done_but_overrun" if self is Status.OVERRUN else self.name.lower()
 
+    @property
+    def is_overrun(self) -> bool:
+        """Whether material left through an open side."""
+        return self in (Status.OVERRUN, Status.OVERRUN_AND_CUT_OFF)
+
+    @property
+    def is_cut_off(self) -> bool:
+        """Whether material was still moving at the end."""
+        return self in (Status.CUT_OFF, Status.OVERRUN_AND_CUT_OFF)
+
 
 # a run of these has its values
-COMPUTED = (Status.DONE, Status.OVERRUN)
+COMPUTED = (Status.DONE, Status.OVERRUN, Status.CUT_OFF, Status.OVERRUN_AND_CUT_OFF)
 
 
 @dataclass(frozen=True)
@@ -116,8 +129,8 @@ FIELDS = (
 )
 
 SUMMARIES = (
-    _scalar("front_x", "m", "arc length of the deposit's lowest cell"),
-    _scalar("tail_x", "m", "arc length of the deposit's uppermost cell"),
+    _scalar("front_x", "m", "arc length of the deposit's toe, its farthest cell along the flow"),
+    _scalar("tail_x", "m", "arc length of the deposit's other end"),
     _scalar("deposit_length", "m", "extent of the deposit along the bed"),
     _scalar("deposit_width", "m", "extent of the deposit across the bed"),
     _scalar("deposit_area", "m2", "area of the cells of the deposit"),
@@ -127,6 +140,12 @@ SUMMARIES = (
     _scalar("runout_distance", "m", "horizontal distance from the crown of the release to the deposit's toe"),
     _scalar("drop_height", "m", "height of the crown of the release above the deposit's toe"),
     _scalar("reach_angle", "degree", "arctangent of drop height over runout distance"),
+    _scalar("flow_front_x", "m", "arc length of the farthest cell that the flow reached"),
+    _scalar(
+        "flow_runout_distance",
+        "m",
+        "horizontal distance from the crown of the release to the farthest cell that the flow reached",
+    ),
     _scalar("peak_depth", "m", "largest depth anywhere, over all time steps"),
     _scalar("peak_speed", "m s-1", "largest speed anywhere, over all time steps"),
 )
@@ -137,6 +156,8 @@ VOLUMES = (
     _scalar("volume_lost", "m3", "volume of the release outside the domain, never on the points"),
     _scalar("volume_in", "m3", "volume that came in through the boundaries"),
     _scalar("volume_out", "m3", "volume that left through the boundaries"),
+    _scalar("volume_out_open", "m3", "volume that left through open sides"),
+    _scalar("volume_moving", "m3", "volume that still moves in the last good state"),
     _scalar("volume_error", "1", "error of the volume ledger relative to the volume released and come in"),
 )
 
@@ -163,6 +184,8 @@ WARNINGS = (
 DIGEST = _text("digest", "SHA-256 of the run's status and values, times of computing excepted")
 
 TIMINGS = frozenset({"wall_time", "cpu_time"})
+# Left out of a digest where they are 0 or missing, so that a run has the digest it had without them.
+LATER = frozenset({"volume_out_open", "volume_moving"})
 
 PER_RUN = (*VOLUMES, *SUMMARIES, *COSTS, *WARNINGS, *FAILURES)
 
@@ -206,6 +229,11 @@ def kept(fields: list[str] | None = None, cloud: bool = False) -> tuple[Variable
         raise ValueError(f"not a field: {', '.join(unknown)}; there are {', '.join(sorted(names))}")
     chosen = tuple(v for v in FIELDS if fields is None or v.name in fields)
     return (*(v.on_cloud() if cloud else v for v in chosen), *PER_RUN, DIGEST, STATUS)
+
+
+def parameter_keys(content: Mapping[str, Any]) -> list[str]:
+    """Give the varied keys of a scenario's content in the order of its design: first swept, then sampled."""
+    return [*content.get("sweep", {}), *(content.get("sample") or {}).get("values", {})]
 
 
 def markdown() -> str:

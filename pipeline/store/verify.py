@@ -5,12 +5,12 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from pipeline.store import zarr_store
+from pipeline.store.storage import Location
 from pipeline.store.variables import DIGEST, STATUS, TIMINGS, Status
 
 
@@ -23,7 +23,7 @@ class Report:
     faults: tuple[str, ...]
 
 
-def verify(path: Path) -> Report:
+def verify(path: Location) -> Report:
     """Compute the digests of a store again: of each run that ended, of its coordinates, of its scenario.
 
     It may be read while runs are computed: a run that changes meanwhile is left out.
@@ -57,7 +57,7 @@ def verify(path: Path) -> Report:
 
 
 def _group(
-    path: Path, held: dict[str, Any], digests: Any, states: Any, block: slice
+    path: Location, held: dict[str, Any], digests: Any, states: Any, block: slice
 ) -> Iterator[tuple[int, str]]:
     """Find the runs of a group whose values are not those they were written with."""
     ended = [run for run in range(block.start, block.stop) if states[run - block.start] != Status.PENDING]

@@ -9,11 +9,8 @@ from __future__ import annotations
 import asyncio
 import hashlib
 import json
-import os
-import shutil
 from collections.abc import Mapping, Sequence
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import zarr
@@ -21,8 +18,9 @@ from numpy.typing import NDArray
 from zarr.api.asynchronous import open_group
 from zarr.core.sync import sync
 
-from pipeline.store.storage import is_url, store_of
-from pipeline.store.variables import DIGEST, STATUS, TIMINGS, Status, Variable
+from pipeline.store.place import ROOT, not_a_store
+from pipeline.store.storage import Location, store_of
+from pipeline.store.variables import DIGEST, LATER, PER_RUN, STATUS, TIMINGS, Status, Variable, parameter_keys
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -33,13 +31,13 @@ _opened: dict[tuple[str, str, tuple[str, ...]], dict[str, zarr.AsyncArray[Any]]]
 
 
 def write(
-    path: Path, variables: Sequence[Variable], rows: Mapping[int, Values], status: Mapping[int, Status]
+    path: Location, variables: Sequence[Variable], rows: Mapping[int, Values], status: Mapping[int, Status]
 ) -> None:
     """Write runs of one group: their values, the digest of these, and the status last.
 
     Parameters
     ----------
-    path : Path
+    path : Location
         The store.
     variables : sequence of Variable
         What the store holds per run, in the order of writing, digest and status last.
@@ -58,7 +56,7 @@ def write(
 
 
 async def _write(
-    path: Path, variables: Sequence[Variable], rows: Mapping[int, Values], status: Mapping[int, Status]
+    path: Location, variables: Sequence[Variable], rows: Mapping[int, Values], status: Mapping[int, Status]
 ) -> None:
     arrays = await _arrays(path, tuple(variable.name for variable in variables))
     states = arrays[STATUS.name]
@@ -85,7 +83,7 @@ async def _write(
     await _put(states, block, status)
 
 
-async def _arrays(path: Path, names: tuple[str, ...]) -> dict[str, zarr.AsyncArray[Any]]:
+async def _arrays(path: Location, names: tuple[str, ...]) -> dict[str, zarr.AsyncArray[Any]]:
     """Give arrays of a store, opened once as long as the store is the same."""
     root = await open_group(store_of(path), mode="r+", use_consolidated=False)
     key = str(path), json.dumps(root.attrs, sort_keys=True), names
@@ -103,6 +101,8 @@ def digest(values: Values) -> str:
     found = hashlib.sha256()
     for name, value in sorted(values.items()):
         array = np.asarray(value)
+        if name in LATER and not array > 0:
+            continue
         text = array.dtype.kind in "OUT"
         found.update(f"{name}\0".encode())
         found.update("\0".join(array.ravel().tolist()).encode() if text else np.ascontiguousarray(array).data)
@@ -133,30 +133,57 @@ def dims(array: Any) -> tuple[str, ...]:
     return tuple(array.metadata.dimension_names or ())
 
 
-def read(path: Path) -> zarr.Group:
+def read(path: Location) -> zarr.Group:
     """Open a store to read it."""
     return zarr.open_group(store_of(path), mode="r", use_consolidated=False)
 
 
-def statuses(path: Path, runs: slice = slice(None)) -> NDArray[np.int8]:
+def statuses(path: Location, runs: slice = slice(None)) -> NDArray[np.int8]:
     """Give the status of every run, or of some, shape (runs,): all that resuming reads."""
     root = read(path)
     return np.asarray(_array(root, STATUS)[runs], np.int8)
 
 
-def group(path: Path) -> int:
+def group(path: Location) -> int:
     """Give the runs per task: the chunk length along ``run``."""
     return int(_array(read(path), STATUS).chunks[0])
 
 
-def row(path: Path, variables: Sequence[Variable], run: int) -> dict[str, Any]:
-    """Read the values of a run by name of variable, digest and status apart, as ``write`` takes them."""
+def row(path: Location, variables: Sequence[Variable], run: int) -> dict[str, Any]:
+    """Read the values of a run by name of variable, digest and status apart, as ``write`` takes them.
+
+    Variables that the store lacks are left out.
+    """
     root = read(path)
-    arrays = {variable.name: _array(root, variable) for variable in variables[:-2]}
+    arrays = {v.name: _array(root, v) for v in variables[:-2] if v.name in root}
     return {name: array[run] if "run" in dims(array) else array[...] for name, array in arrays.items()}
 
 
-def attributes(path: Path) -> dict[str, Any]:
+def held(path: Location, known: Sequence[Variable]) -> tuple[Variable, ...]:
+    """List what a store holds per run, in the order of writing.
+
+    A store keeps to the variables that it was made with: those it lacks are left out, and those that are not
+    known any more get their fill value.
+
+    Parameters
+    ----------
+    path : Location
+        The store.
+    known : sequence of Variable
+        What it would hold if it were made now, digest and status last.
+    """
+    root = read(path)
+    apart = {*str(root.attrs.get("coordinates", "")).split(), *(variable.name for variable in known)}
+    former = [
+        Variable(name, dims(array), cast(Any, array.dtype.name), "", "", array.fill_value)
+        for name, array in sorted(root.arrays())
+        if dims(array)[:1] == ("run",) and name not in apart and dims(array) != (name,)
+    ]
+    *values, digests, status = (variable for variable in known if variable.name in root)
+    return (*values, *former, digests, status)
+
+
+def attributes(path: Location) -> dict[str, Any]:
     """Attributes of a store, empty where there is none."""
     try:
         return dict(read(path).attrs)
@@ -164,36 +191,30 @@ def attributes(path: Path) -> dict[str, Any]:
         return {}
 
 
-def open_store(path: Path) -> xr.Dataset:
-    """Open a store lazily, values read as they are used.
+def open_store(path: Location) -> xr.Dataset:
+    """Open a store lazily, values read as they are used; its parameters are in the order of the design.
+
+    Variables per run that are younger than the store are missing in every run.
 
     Raises
     ------
     FileNotFoundError
         If there is no store at ``path``.
     """
+    if not (path / ROOT).exists():
+        raise FileNotFoundError(not_a_store(path))
     import xarray as xr
 
-    opened: xr.Dataset = xr.open_zarr(store_of(path), chunks=None, consolidated=False)
-    return opened
-
-
-def sweep_partials(out: Path) -> int:
-    """Remove what killed writers left in a place nobody else writes to; gives how many things."""
-    found = 0
-    if is_url(out):
-        # what is written there is there whole or not at all; only points of a killed driver are left
-        for left in out.glob("*.partial"):
-            left.unlink()
-            found += 1
+    found: xr.Dataset = xr.open_zarr(store_of(path), chunks=None, consolidated=False)
+    if STATUS.name not in found:
         return found
-    for folder, folders, files in os.walk(out):
-        for name in [f for f in folders if f.endswith(".partial")]:
-            shutil.rmtree(Path(folder, name))
-            folders.remove(name)
-            found += 1
-        for name in files:
-            if name.endswith(".partial"):
-                Path(folder, name).unlink()
-                found += 1
-    return found
+    younger = [variable for variable in PER_RUN if variable.name not in found]
+    empty = {v.name: np.full(found.sizes["run"], "" if v.dtype == "string" else np.nan) for v in younger}
+    opened = found.assign({v.name: (v.dims, empty[v.name], v.cf_attributes) for v in younger})
+    # a store lists its arrays in whatever order its folders are in
+    keys = parameter_keys(json.loads(str(opened.attrs.get("scenario_content", "{}"))))
+    given = {c.attrs["key"]: name for name, c in opened.coords.items() if "key" in c.attrs}
+    names = [given[key] for key in keys if key in given]
+    ordered = opened.drop_vars(names).assign_coords({name: opened[name] for name in names})
+    ordered.set_close(found.close)
+    return ordered

@@ -99,15 +99,12 @@ def cloud_costs() -> tuple[list[Cost], float, float]:
         (
             update_run,
             (now, now, out, *about, run.area, buffers.gain, 0, cells, 0.5, DT),
-            _bytes(now, out, buffers.gain[:3], run.area, run.status.still, run.bed[:3]),
+            _bytes(now, out, buffers.gain[:3], run.area, run.status.static, run.bed[:3]),
             0,
         ),
         (
             cloud_stage,
-            (
-                *(now, now, out, *about, run.sides, run.area, faces, gradient),
-                *(run.activity, 0.5, 0.5, DT, buffers, run.ledger, False),
-            ),
+            (run.arrays, now, out, 0.5, 0.5, DT, run.ledger, False),
             0,
             0,
         ),

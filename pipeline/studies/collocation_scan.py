@@ -18,7 +18,8 @@ from solver.arrays import Array
 from solver.points.cloud import PointCloud, random_points
 from solver.points.lattice import Lattice
 from solver.result import Result
-from solver.scene import Collocation, DerivativeName, WeightedResidual
+from solver.scene import Collocation, WeightedResidual
+from solver.scheme import DerivativeName
 from solver.simulation import simulate
 from solver.verification.cases import CHUTE, relative_l2
 

@@ -16,7 +16,7 @@ from solver.kernels.riemann import hll
 from solver.kernels.runge_kutta import SSP_RK3
 from solver.kernels.state import GHOSTS, Fields, Status
 from solver.lattice.reconstruction import face_values
-from solver.lattice.residual import afford, update_row
+from solver.lattice.residual import outflow_limits, update_row
 from solver.lattice.run import LatticeRun
 from solver.lattice.status import classify_run
 from solver.physics.earth_pressure import MohrCoulomb
@@ -91,12 +91,12 @@ def kernel_costs() -> tuple[list[Cost], float, float]:
     # every kernel with whether it is told that its arrays do not overlap, and what it is given
     loops: list[tuple[Any, bool, float, tuple[Any, ...]]] = [
         (face_values, True, 2, (*now, status.beta_x, cell, 1, count, DRY, along, g)),
-        (hll, True, 2, (along, g, along, g + 1, status.still, cell, 1, count, DRY, flux, g)),
+        (hll, True, 2, (along, g, along, g + 1, status.static, cell, 1, count, DRY, flux, g)),
         (
-            afford,
+            outflow_limits,
             True,
             1,
-            (now.h, cell, count, flux.mass, g, flux.mass, g, g, DT, grid, run.buffers.keep, g),
+            (now.h, cell, count, flux.mass, g, flux.mass, g, g, DT, grid, run.buffers.limiter, g),
         ),
         (
             update_row,

@@ -16,8 +16,7 @@ import numpy as np
 import psutil
 import typer
 
-from pipeline.runs.runs import expand
-from pipeline.runs.shared_points import share
+from pipeline.runs.runs import expand, share
 from pipeline.runs.template import template
 from pipeline.scenario.scenario import load
 from pipeline.store.zarr_store import open_store

@@ -16,7 +16,7 @@ from solver.arrays import Array, Indices
 from solver.cloud.faces import Faces
 from solver.cloud.reconstruction import Gradient
 from solver.compiled import kernel
-from solver.kernels.state import DEPTH, LANES, Fields, Sides, Status
+from solver.kernels.state import LANES
 
 Flags = NDArray[np.uint8]
 
@@ -34,9 +34,20 @@ class Blocks(NamedTuple):
 class Activity(NamedTuple):
     """Flags of blocks, each (blocks,), and runs of them, each (blocks + 1, 2), first and last of a run.
 
-    moving : have cells that are neither dry nor held. stepped : have cells that can change in the step.
-    fluxed : are left of faces of those. sloped : are near those. counts : (3,), runs of the last three.
-    top : (blocks,), largest wave rate of each, s-1.
+    Attributes
+    ----------
+    moving
+        Blocks with cells that are not static.
+    stepped
+        Blocks with cells that can change in the step.
+    fluxed
+        Blocks left of faces of those.
+    sloped
+        Blocks near those.
+    counts
+        (3,), number of runs of the last three.
+    top
+        (blocks,), largest wave rate of each, s-1.
     """
 
     moving: Flags
@@ -72,7 +83,7 @@ def activity_of(faces: Faces) -> Activity:
 
 @kernel()
 def collect(flags: Flags, runs: Indices) -> int:
-    """Fill runs with the first cell and the one after the last of each run of flagged blocks; count them."""
+    """Fill runs (blocks + 1, 2) with the cells, half-open, of each run of flagged blocks; count the runs."""
     count, inside = 0, False
     for b in range(len(flags)):
         if flags[b] and not inside:
@@ -97,7 +108,7 @@ def reach(b: int, first: Indices, near: Indices, fluxed: Flags, sloped: Flags) -
 
 
 @kernel()
-def spread_blocks(still: Array, faces: Faces, blocks: Blocks, activity: Activity) -> int:
+def spread_blocks(static: Array, faces: Faces, blocks: Blocks, activity: Activity) -> int:
     """Find the blocks that take part in the step, and their runs; return the number of cells stepped."""
     moving, stepped, fluxed, sloped = activity.moving, activity.stepped, activity.fluxed, activity.sloped
     left, right, first, near = faces.left, faces.right, blocks.first, blocks.near
@@ -109,7 +120,7 @@ def spread_blocks(still: Array, faces: Faces, blocks: Blocks, activity: Activity
             reach(b, first, near, fluxed, sloped)
     for b in range(len(moving)):
         for s in range(faces.first_side[b], faces.first_side[b + 1]):
-            if still[faces.cells + s] == 0.0:
+            if static[faces.cells + s] == 0.0:
                 stepped[b] = 1
         inside = moving[b]
         for k in range(first[b], first[b + 1] if sloped[b] else first[b]):
@@ -120,7 +131,7 @@ def spread_blocks(still: Array, faces: Faces, blocks: Blocks, activity: Activity
         for f in range(faces.first[b], faces.first[b + 1]):
             there = int(right[f]) // LANES
             known = stepped[b] and stepped[there]
-            if not known and (still[left[f]] == 0.0 or still[right[f]] == 0.0):
+            if not known and (static[left[f]] == 0.0 or static[right[f]] == 0.0):
                 stepped[b] = stepped[there] = 1
     cells = 0
     for b in range(len(stepped)):
@@ -133,30 +144,3 @@ def spread_blocks(still: Array, faces: Faces, blocks: Blocks, activity: Activity
     activity.counts[1] = collect(fluxed, activity.fluxed_runs)
     activity.counts[2] = collect(sloped, activity.sloped_runs)
     return cells
-
-
-@kernel()
-def moving_volume_exceeds(
-    now: Fields,
-    status: Status,
-    area: Array,
-    sides: Sides,
-    faces: Faces,
-    activity: Activity,
-    volume: float,
-    started: bool,
-) -> bool:
-    """As `solver.lattice.spans.moving_volume_exceeds`."""
-    moves = not started
-    for r in range(activity.counts[0]):
-        start, stop = activity.stepped_runs[r]
-        for i in range(start, stop):
-            if status.still[i] == 0.0:
-                volume -= now.h[i] * area[i]
-                moves |= (now.u[i] != 0.0) | (now.v[i] != 0.0)
-                if moves and volume < 0.0:
-                    return True
-        for b in range(faces.first_side[start // LANES], faces.first_side[stop // LANES]):
-            if sides.kind[faces.side[b]] == DEPTH and status.still[faces.cells + b] == 0.0:
-                return True
-    return False

@@ -25,14 +25,26 @@ class Faces(NamedTuple):
     ones follow both kinds. Each face has two halves, that of its left cell with the number of the face and
     that of its right cell ``faces`` higher; half ``2 faces`` is no face.
 
-    left, right : (faces,), cells. geometry : (7, faces). Unit normal from left to right (0, 1); way from the
-    left centroid to the right one, m (2, 3); the part of that way at which the face stands (4); from there to
-    its midpoint, in ways turned by a right angle to the left (5); length, m (6).
-    side : (ghosts,), 0 to 3 for x_min, x_max, y_min, y_max.
-    around : (ROOM, cells), halves of each cell. number : (cells,), how many it has. more : (cells + 1,),
-    where those beyond ROOM begin in ``rest``.
-    first, first_side : (blocks + 1,), first face and first boundary face of each block's left cells.
-    cells, faces, outer : numbers of cells, of faces, and of the first boundary face.
+    Attributes
+    ----------
+    left, right
+        (faces,), cells.
+    geometry
+        (7, faces). Unit normal from left to right (0, 1); way from the left centroid to the right one, m (2,
+        3); the part of that way at which the face stands (4); from there to its midpoint, in ways turned by a
+        right angle to the left (5); length, m (6).
+    side
+        (ghosts,), 0 to 3 for x_min, x_max, y_min, y_max.
+    around
+        (ROOM, cells), halves of each cell.
+    number
+        (cells,), how many it has.
+    more
+        (cells + 1,), where those beyond ROOM begin in ``rest``.
+    first, first_side
+        (blocks + 1,), first face and first boundary face of each block's left cells.
+    cells, faces, outer
+        Numbers of cells, of faces, and of the first boundary face.
     """
 
     left: Numbers
@@ -148,7 +160,7 @@ def beyond(faces: Faces, half: int) -> tuple[int, int, float]:
 def fill_ghosts_beyond(
     now: Fields, beta_x: Array, beta_y: Array, faces: Faces, sides: Sides, start: int, stop: int
 ) -> None:
-    """Fill some ghosts as `ghosts_beyond` on a lattice; walls are shown no more than their cells show.
+    """Fill some ghosts, as `ghosts_beyond` does on a lattice but for the bound at walls.
 
     Parameters
     ----------
@@ -162,7 +174,7 @@ def fill_ghosts_beyond(
         f, side = faces.outer + b, faces.side[b]
         i, ghost, kind = int(faces.left[f]), int(faces.right[f]), sides.kind[side]
         if kind in (WALL, NO_SLIP):
-            h[ghost] = max(0.0, h[i] + faces.geometry[2, f] * sides.lean[side] / beta_x[i])
+            h[ghost] = max(0.0, h[i] + faces.geometry[2, f] * sides.excess[side] / beta_x[i])
         else:
             h[ghost] = sides.depth[side] if kind == DEPTH else h[i]
         u[ghost] = -u[i] if kind == NO_SLIP or (kind == WALL and side < 2) else u[i]

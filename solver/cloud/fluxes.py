@@ -8,10 +8,11 @@ import numpy as np
 
 from solver.arrays import Array
 from solver.cloud.faces import Faces, all_aligned, whole_blocks
-from solver.cloud.reconstruction import sides_shown
+from solver.cloud.reconstruction import face_states
 from solver.compiled import ONE, ZERO, kernel
+from solver.kernels.boundary import boundary_flux
 from solver.kernels.riemann import hll
-from solver.kernels.state import LANES, NO_SLIP, OPEN, WALL, FaceValues, Fields, Fluxes, Sides, Status, whole
+from solver.kernels.state import LANES, NO_SLIP, WALL, FaceValues, Fields, Fluxes, Sides, Status, whole
 
 # Faces taken at a time: what passes between the loops over them stays in the nearest caches.
 CHUNK = 256
@@ -20,12 +21,23 @@ CHUNK = 256
 class CloudBuffers(NamedTuple):
     """Scratch arrays.
 
-    slopes : (6, cells and ghosts), as `slopes_at` fills them; ghosts keep zeros.
-    halves : (3, 2 faces and LANES), what passes each half-face into its cell: volume, m3 s-1, and momentum
-    along x and y with the pressure times the cell's own beta, m4 s-2. pressed : (faces,), of the HLL mean of
-    h^2/2, m2. gain : (4, cells), sums of the three around each cell, and the volume that leaves it, m3 s-1.
-    rate : (cells,), of the waves that leave each cell, s-1. rationed : (blocks,), flags.
-    low, high, still, push, chunk : of a chunk of faces.
+    Attributes
+    ----------
+    slopes
+        (6, cells and ghosts), as `slopes_at` fills them; ghosts keep zeros.
+    halves
+        (3, 2 faces and LANES), what passes each half-face into its cell: volume, m3 s-1, and momentum along x
+        and y with the pressure times the cell's own beta, m4 s-2.
+    pressed
+        (faces,), of the HLL mean of h^2/2, m2.
+    gain
+        (4, cells), sums of the three around each cell, and the volume that leaves it, m3 s-1.
+    rate
+        (cells,), of the waves that leave each cell, s-1.
+    limited
+        (blocks,), flags.
+    low, high, static, push, chunk
+        Of the faces of a chunk, as `face_states` and `hll` fill them.
     """
 
     slopes: Array
@@ -33,10 +45,10 @@ class CloudBuffers(NamedTuple):
     pressed: Array
     gain: Array
     rate: Array
-    rationed: Array
+    limited: Array
     low: FaceValues
     high: FaceValues
-    still: Array
+    static: Array
     push: Array
     chunk: Fluxes
 
@@ -72,7 +84,17 @@ def halve(
     halves: Array,
     pressed: Array,
 ) -> None:
-    """Give what passes a run of faces to their halves, in the frame of the domain."""
+    """Give what passes a run of faces to their halves, in the frame of the domain.
+
+    Parameters
+    ----------
+    mass, normal, tangential, pressure, push : (chunk,) and (4, chunk) arrays
+        Fluxes of the faces, as of `Fluxes`, and what `face_states` fills.
+    start, count : int
+        First face, and number of faces.
+    halves, pressed : arrays
+        Of `CloudBuffers`, filled.
+    """
     g = geometry
     stride = np.uint64(len(pressed))
     for k in range(count):
@@ -99,9 +121,17 @@ def fluxes_through(
     first: int,
     last: int,
 ) -> None:
-    """HLL fluxes through a run of faces, all of them inner faces or none."""
+    """HLL fluxes through a run of faces, all of them inner faces or none.
+
+    Parameters
+    ----------
+    dry : float
+        Depth up to which a cell counts as dry, m.
+    first, last : int
+        First face, and the one after the last.
+    """
     # taken out of their tuples once: each time counts references to all arrays in them
-    low, high, still, push, chunk = buffers.low, buffers.high, buffers.still, buffers.push, buffers.chunk
+    low, high, static, push, chunk = buffers.low, buffers.high, buffers.static, buffers.push, buffers.chunk
     _, h_low, _, n_low, _, t_low, c_low = low
     h_high, _, n_high, _, t_high, _, c_high = high
     mass, normal, tangential, pressure = chunk
@@ -112,7 +142,7 @@ def fluxes_through(
     for start in range(first // LANES * LANES, last, CHUNK):
         count = min(CHUNK, last - start)
         lanes = whole(count)
-        sides_shown(
+        face_states(
             now,
             slopes,
             status,
@@ -130,12 +160,12 @@ def fluxes_through(
             n_high,
             t_high,
             c_high,
-            still,
+            static,
             push,
         )
         if outer:
             mirror_at_walls(faces, sides, start, count, low, high)
-        hll(low, ZERO, high, ZERO, still, ZERO, CHUNK * ONE, lanes, dry, chunk, ZERO)
+        hll(low, ZERO, high, ZERO, static, ZERO, CHUNK * ONE, lanes, dry, chunk, ZERO)
         if outer:
             restrict_at_sides(now, faces, sides, start, count, low.c, chunk)
         halve(geometry, mass, normal, tangential, pressure, push, start, lanes, halves, pressed)
@@ -145,7 +175,7 @@ def fluxes_through(
 def mirror_at_walls(
     faces: Faces, sides: Sides, start: int, count: int, low: FaceValues, high: FaceValues
 ) -> None:
-    """Show walls the mirror image of what the cells before them show."""
+    """Put the mirror image of the state before a wall beyond it."""
     for k in range(count):
         kind = sides.kind[faces.side[start + k - faces.outer]]
         if kind in (WALL, NO_SLIP):
@@ -157,15 +187,13 @@ def mirror_at_walls(
 def restrict_at_sides(
     now: Fields, faces: Faces, sides: Sides, start: int, count: int, c: Array, chunk: Fluxes
 ) -> None:
-    """Impose on boundary faces what their side allows, as `solver.kernels.boundary.restrict`."""
+    """Impose on boundary faces what their side allows, as `solver.kernels.boundary.boundary_flux`."""
     for k in range(count):
         f = start + k
         kind, i = sides.kind[faces.side[f - faces.outer]], int(faces.left[f])
-        if kind == OPEN and chunk.mass[k] < 0.0:
-            chunk.mass[k] = chunk.normal[k] = chunk.tangential[k] = 0.0
-        elif kind == WALL:
-            chunk.mass[k] = chunk.tangential[k] = 0.0
-        elif kind == NO_SLIP:
-            n_x, n_y = faces.geometry[0, f], faces.geometry[1, f]
-            n, t = n_x * now.u[i] + n_y * now.v[i], n_x * now.v[i] - n_y * now.u[i]
-            chunk.mass[k], chunk.tangential[k] = 0.0, (abs(n) + c[k]) * now.h[i] * t
+        n_x, n_y = faces.geometry[0, f], faces.geometry[1, f]
+        n, t = n_x * now.u[i] + n_y * now.v[i], n_x * now.v[i] - n_y * now.u[i]
+        flux = chunk.mass[k], chunk.normal[k], chunk.tangential[k]
+        chunk.mass[k], chunk.normal[k], chunk.tangential[k] = boundary_flux(
+            flux, kind, 1.0, now.h[i], n, t, c[k]
+        )

@@ -11,13 +11,14 @@ from __future__ import annotations
 import numpy as np
 
 from solver.arrays import Array, Numbers
-from solver.cloud.blocks import Activity
+from solver.cloud.arrays import CloudArrays
 from solver.cloud.faces import ROOM, Faces, beyond, fill_ghosts_beyond, half_of
 from solver.cloud.fluxes import CloudBuffers, fluxes_through
-from solver.cloud.reconstruction import Gradient, flatten_fed, slopes_at
+from solver.cloud.reconstruction import flatten_fed, slopes_at
 from solver.compiled import kernel
-from solver.kernels.source_terms import braked, drag_row, loaded
-from solver.kernels.state import HELD, LANES, SPARE, CloudBed, Fields, Material, Sides, Status
+from solver.kernels.boundary import account
+from solver.kernels.source_terms import acting_depth, update_cell
+from solver.kernels.state import BELOW_YIELD, LANES, RETAINED, CloudBed, Fields, Material, Status
 
 # Blocks taken at a time, so that their fluxes are still at hand when their cells are updated.
 SEGMENT = 64
@@ -25,7 +26,15 @@ SEGMENT = 64
 
 @kernel(unaliased=True)
 def add_around(halves: Array, around: Numbers, start: int, stop: int, gain: Array) -> None:
-    """Add up the half-faces of a run of cells, those that have room in the table."""
+    """Add up the half-faces of a run of cells, those that have room in the table.
+
+    Parameters
+    ----------
+    halves, around, gain
+        Of `CloudBuffers`, of `Faces`, and filled as `CloudBuffers` says.
+    start, stop : int
+        The cells.
+    """
     for k in range(start, stop):
         i = np.uint64(k)
         volume = x = y = lost = 0.0
@@ -41,7 +50,7 @@ def add_around(halves: Array, around: Numbers, start: int, stop: int, gain: Arra
 
 @kernel()
 def add_up(halves: Array, faces: Faces, start: int, stop: int, gain: Array) -> None:
-    """Add up the half-faces of a run of cells."""
+    """Add up the half-faces of a run of cells, as `add_around`, also those beyond the table."""
     add_around(halves, faces.around, start, stop, gain)
     if faces.more[start] == faces.more[stop]:
         return
@@ -55,17 +64,27 @@ def add_up(halves: Array, faces: Faces, start: int, stop: int, gain: Array) -> N
 
 
 @kernel()
-def short(h: Array, lost: Array, area: Array, start: int, stop: int, dt: float) -> bool:
-    """Whether some cell of a run loses in dt (s) more than it can afford; lost : m3 s-1."""
+def outflow_exceeds(h: Array, lost: Array, area: Array, start: int, stop: int, dt: float) -> bool:
+    """Whether the positivity limiter has to act on some cell of a run.
+
+    Parameters
+    ----------
+    h, lost, area : arrays
+        Depth (m), volume that leaves each cell (m3 s-1), area (m2).
+    start, stop : int
+        The cells.
+    dt : float
+        Time step, s.
+    """
     count = 0
     for k in range(start, stop):
         i = np.uint64(k)
-        count |= 1 if lost[i] * dt > (1.0 - SPARE) * h[i] * area[i] else 0
+        count |= 1 if lost[i] * dt > (1.0 - RETAINED) * h[i] * area[i] else 0
     return count > 0
 
 
 @kernel()
-def ration(
+def limit_outflow(
     now: Fields,
     status: Status,
     faces: Faces,
@@ -75,10 +94,22 @@ def ration(
     dt: float,
     buffers: CloudBuffers,
 ) -> None:
-    """Scale what leaves cells of a run to what they can afford, pressure apart; flag the blocks around."""
+    """Positivity limiter: scale what leaves cells of a run so that a depth is left; flag the blocks around.
+
+    Mass and momentum are scaled, pressure is not.
+
+    Parameters
+    ----------
+    area : (cells,) array
+        Of the control volumes, m2.
+    start, stop : int
+        The cells.
+    dt : float
+        Time step, s.
+    """
     halves, n = buffers.halves, faces.faces
     for i in range(start, stop):
-        lost, most = buffers.gain[3, i] * dt, (1.0 - SPARE) * now.h[i] * area[i]
+        lost, most = buffers.gain[3, i] * dt, (1.0 - RETAINED) * now.h[i] * area[i]
         if lost <= most:
             continue
         keep = most / lost
@@ -87,13 +118,13 @@ def ration(
             f, j, _ = beyond(faces, half)
             if halves[0, half] >= 0.0:
                 continue
-            buffers.rationed[i // LANES] = 1.0
+            buffers.limited[i // LANES] = 1.0
             if j < faces.cells:
-                buffers.rationed[j // LANES] = 1.0
+                buffers.limited[j // LANES] = 1.0
             for side in range(2):
                 q, cell = (f, int(faces.left[f])) if side == 0 else (f + n, int(faces.right[f]))
                 pressed = (2 * side - 1) * faces.geometry[6, f] * buffers.pressed[f]
-                if status.still[cell] == HELD:
+                if status.static[cell] == BELOW_YIELD:
                     pressed = 0.0
                 push_x = pressed * faces.geometry[0, f] * status.beta_x[cell]
                 push_y = pressed * faces.geometry[1, f] * status.beta_y[cell]
@@ -117,41 +148,40 @@ def update_run(
     part: float,
     dt: float,
 ) -> None:
-    """Update a run of cells, then apply friction, as `solver.lattice.residual.update_row`."""
-    dry, braking = material.dry, part * dt * material.tangent
+    """Update a run of cells, as `solver.kernels.source_terms.update_cell` does one.
+
+    Parameters
+    ----------
+    gain
+        (4, cells) array, sums over the faces of a cell, pressure among them, as of `CloudBuffers`.
+    """
     for k in range(first, last):
         i = np.uint64(k)
-        h_0, h_1, u_1, v_1 = start.h[i], now.h[i], now.u[i], now.v[i]
-        over = 1.0 / area[i]
-        load = loaded(h_1, h_1 + dt * (gain[0, i] * over))
-        pull = 0.0 if status.still[i] == HELD else bed.along[i] * load
-        hu, hv = h_0 * start.u[i], h_0 * start.v[i]
-        h = h_0 + part * ((h_1 - h_0) + dt * (gain[0, i] * over))
-        hu += part * ((h_1 * u_1 - hu) + dt * (gain[1, i] * over + pull))
-        hv += part * ((h_1 * v_1 - hv) + dt * (gain[2, i] * over))
-        per_depth = braked(hu, hv, h, u_1, load, bed.normal[i], bed.curvature[i], braking, dry)
-        out.h[i], out.u[i], out.v[i] = h, hu * per_depth, hv * per_depth
-    if material.drag > 0.0:
-        drag_row(out, first, last - first, part * dt * material.drag)
+        h, over = now.h[i], 1.0 / area[i]
+        transport = gain[0, i] * over, gain[1, i] * over, gain[2, i] * over
+        load = acting_depth(h, h + dt * transport[0])
+        pull = 0.0 if status.static[i] == BELOW_YIELD else bed.along[i] * load
+        out.h[i], out.u[i], out.v[i] = update_cell(
+            (start.h[i], start.u[i], start.v[i]),
+            (h, now.u[i], now.v[i]),
+            transport,
+            (pull, 0.0),
+            (bed.normal[i], bed.curvature[i]),
+            load,
+            part,
+            dt,
+            material,
+        )
 
 
 @kernel()
 def cloud_stage(
-    start: Fields,
+    arrays: CloudArrays,
     now: Fields,
     out: Fields,
-    status: Status,
-    bed: CloudBed,
-    material: Material,
-    sides: Sides,
-    area: Array,
-    faces: Faces,
-    gradient: Gradient,
-    activity: Activity,
     part: float,
     share: float,
     dt: float,
-    buffers: CloudBuffers,
     ledger: Array,
     sloped: bool,
 ) -> None:
@@ -159,11 +189,14 @@ def cloud_stage(
 
     Parameters
     ----------
-    area : (cells,) array
-        Of the control volumes, m2.
+    now, out : Fields
+        State of this stage, and to be filled, which may not be that at the start of the step.
     sloped : bool
         Whether the slopes of ``now`` are there already.
     """
+    start, status, bed, material, sides = arrays.now, arrays.status, arrays.bed, arrays.material, arrays.sides
+    area, faces, gradient = arrays.area, arrays.faces, arrays.gradient
+    activity, buffers = arrays.activity, arrays.buffers
     first, first_side, runs = faces.first, faces.first_side, activity.stepped_runs
     if not sloped:
         for r in range(activity.counts[2]):
@@ -174,7 +207,7 @@ def cloud_stage(
     a, b = first_side[runs[0, 0] // LANES], first_side[runs[activity.counts[0] - 1, 1] // LANES]
     fill_ghosts_beyond(now, status.beta_x, status.beta_y, faces, sides, a, b)
     fluxes_through(now, status, faces, sides, material.dry, buffers, faces.outer + a, faces.outer + b)
-    at, rationed = 0, False
+    at, limited = 0, False
     for r in range(activity.counts[1]):
         low, high = activity.fluxed_runs[r] // LANES
         for block in range(low, high, SEGMENT):
@@ -184,24 +217,20 @@ def cloud_stage(
             while at < activity.counts[0] and runs[at, 0] < b * LANES:
                 one, two = max(runs[at, 0], a * LANES), min(runs[at, 1], b * LANES)
                 add_up(buffers.halves, faces, one, two, buffers.gain)
-                rationed |= short(now.h, buffers.gain[3], area, one, two, dt)
+                limited |= outflow_exceeds(now.h, buffers.gain[3], area, one, two, dt)
                 update_run(start, now, out, status, bed, material, area, buffers.gain, one, two, part, dt)
                 if runs[at, 1] > b * LANES:
                     break
                 at += 1
-    if rationed:
+    if limited:
         for r in range(activity.counts[0]):
-            ration(now, status, faces, area, runs[r, 0], runs[r, 1], dt, buffers)
-        for block in range(len(buffers.rationed)):
-            if buffers.rationed[block] > 0.0:
+            limit_outflow(now, status, faces, area, runs[r, 0], runs[r, 1], dt, buffers)
+        for block in range(len(buffers.limited)):
+            if buffers.limited[block] > 0.0:
                 one, two = block * LANES, (block + 1) * LANES
                 add_up(buffers.halves, faces, one, two, buffers.gain)
                 update_run(start, now, out, status, bed, material, area, buffers.gain, one, two, part, dt)
-                buffers.rationed[block] = 0.0
+                buffers.limited[block] = 0.0
     for r in range(activity.counts[0]):
         for s in range(first_side[runs[r, 0] // LANES], first_side[runs[r, 1] // LANES]):
-            leaving = -buffers.halves[0, faces.outer + s] * share * dt
-            if leaving > 0.0:
-                ledger[faces.side[s], 1] += leaving
-            else:
-                ledger[faces.side[s], 0] -= leaving
+            account(-buffers.halves[0, faces.outer + s] * share * dt, faces.side[s], ledger)

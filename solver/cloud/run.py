@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.arrays import Array
+from solver.cloud.arrays import CloudArrays
 from solver.cloud.blocks import activity_of, spread_blocks
 from solver.cloud.faces import aligned, all_aligned
 from solver.cloud.fluxes import cloud_buffers
@@ -16,7 +17,6 @@ from solver.cloud.residual import cloud_stage
 from solver.cloud.status import classify_cloud
 from solver.cloud.time_stepping import advance_cloud
 from solver.kernels.record import Record, record_cells
-from solver.kernels.runge_kutta import SSP_RK3
 from solver.kernels.state import DRY, LANES, CloudBed, Fields, Status
 from solver.physics.earth_pressure import PressureCoefficients
 from solver.points.cloud import PointCloud
@@ -77,45 +77,42 @@ class CloudRun(Run):
         self.rest_volume = scene.scheme.rest_share * self.volume
         record_cells(self.now, 0, self.count, self.material.dry, arrival_depth, self.record, self.progress)
 
-    def _advance(self, target: float, max_steps: int) -> int:
-        return int(
-            advance_cloud(
-                self.now,
-                *self.stages,
-                self.status,
-                self.bed,
-                self.material,
-                self.sides,
-                self.area,
-                self.operators.tables.widths,
-                self.faces,
-                self.operators.tables.gradient,
-                self.operators.tables.blocks,
-                self.activity,
-                self.buffers,
-                SSP_RK3,
-                self.scene.scheme.cfl,
-                target,
-                self.shortest_step,
-                max_steps,
-                self.rest_volume,
-                self.arrival_depth,
-                self.record,
-                self.progress,
-            )
+    @property
+    def arrays(self) -> CloudArrays:
+        """What the kernels read and write."""
+        tables = self.operators.tables
+        return CloudArrays(
+            now=self.now,
+            first_stage=self.stages[0],
+            second_stage=self.stages[1],
+            status=self.status,
+            bed=self.bed,
+            material=self.material,
+            sides=self.sides,
+            area=self.area,
+            widths=tables.widths,
+            faces=self.faces,
+            gradient=tables.gradient,
+            blocks=tables.blocks,
+            activity=self.activity,
+            buffers=self.buffers,
+            record=self.record,
         )
 
-    def rehearse(self, piece: int) -> None:
+    def _advance(self, target: float, max_steps: int) -> int:
+        for stage in self.stages:
+            for field, values in zip(stage, self.now, strict=True):
+                field[:] = values
+        return int(advance_cloud(self.arrays, self.limits(target, max_steps), self.progress))
+
+    def warm_up(self, piece: int) -> None:
         """Classify the cells, or take a stage of no length."""
-        about = self.status, self.bed, self.material, self.sides
-        faces, tables, buffers = self.faces, self.operators.tables, self.buffers
+        arrays = self.arrays
         if piece == 0:
-            near = faces, tables.gradient, self.area, tables.widths, self.activity
-            classify_cloud(self.now, buffers.slopes, *about, *near, buffers.rate)
-            spread_blocks(self.status.still, faces, tables.blocks, self.activity)
+            classify_cloud(arrays)
+            spread_blocks(self.status.static, self.faces, arrays.blocks, self.activity)
             return
-        steps = self.area, faces, tables.gradient, self.activity, 1.0, 1.0, 0.0
-        cloud_stage(self.now, self.now, self.stages[0], *about, *steps, buffers, self.progress.ledger, True)
+        cloud_stage(arrays, self.now, self.stages[0], 1.0, 1.0, 0.0, self.progress.ledger, True)
 
     @property
     def carried(self) -> dict[str, NDArray[Any]]:

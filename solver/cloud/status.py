@@ -1,4 +1,4 @@
-"""What the cells of a cloud are in a step: earth pressure, stillness, and how fast waves leave them."""
+"""What the cells of a cloud are in a step: earth pressure, static or not, and how fast waves leave them."""
 
 from __future__ import annotations
 
@@ -7,15 +7,17 @@ import math
 import numpy as np
 
 from solver.arrays import Array
-from solver.cloud.blocks import Activity
+from solver.cloud.arrays import CloudArrays
 from solver.cloud.faces import Faces, beyond, fill_ghosts_beyond, half_of
-from solver.cloud.reconstruction import Gradient, flatten_fed, slopes_at
+from solver.cloud.reconstruction import flatten_fed, slopes_at
 from solver.compiled import kernel
+from solver.kernels.boundary import status_at_depth
+from solver.kernels.earth_pressure import earth_pressure
+from solver.kernels.source_terms import below_yield
 from solver.kernels.state import (
+    BELOW_YIELD,
     DEPTH,
     DRY,
-    HELD,
-    HOLDS,
     LANES,
     NO_SLIP,
     WALL,
@@ -70,21 +72,24 @@ def set_status(
 ) -> None:
     """Set the earth pressure of a run of cells, which are dry, and the rate of the waves that leave them.
 
-    widths : from `widths_of`. rate : (cells,) array, filled, s-1.
+    Parameters
+    ----------
+    widths
+        From `widths_of`.
+    start, stop
+        The cells.
+    rate
+        (cells,) array, filled, s-1.
     """
-    x_a, x_p, y_aa, y_ap, y_pa, y_pp = material.pressure
     for k in range(start, stop):
         i = np.uint64(k)
         h, u, v = now.h[i], now.u[i], now.v[i]
         normal, wet = bed.normal[i], h > material.dry
         w_x, w_y, around, m_x, m_xy = widths[0, i], widths[1, i], widths[2, i], widths[3, i], widths[4, i]
-        tie = -TIE * around * (abs(u) + abs(v) + math.sqrt(normal * h))
-        extends_x, extends_y = (slopes[2, i] >= tie) | (not wet), (slopes[5, i] >= tie) | (not wet)
-        k_x = x_a if extends_x else x_p
-        k_active, k_passive = y_aa if extends_y else y_ap, y_pa if extends_y else y_pp
-        b_x, b_y = normal * k_x, normal * (k_active if extends_x else k_passive)
+        tie = TIE * around * (abs(u) + abs(v) + math.sqrt(normal * h))
+        b_x, b_y = earth_pressure(slopes[2, i], slopes[5, i], tie, h, normal, material)
         status.beta_x[i], status.beta_y[i] = b_x, b_y
-        status.still[i] = 0.0 if wet else DRY
+        status.static[i] = 0.0 if wet else DRY
         waves = around * math.sqrt((m_x * b_x + (1.0 - m_x) * b_y) * h)
         square = m_x * (u * u) + (1.0 - m_x) * (v * v) + 2.0 * m_xy * (u * v)
         mean, most = around * math.sqrt(square if square > 0.0 else 0.0), w_x * abs(u) + w_y * abs(v)
@@ -94,7 +99,7 @@ def set_status(
 
 
 @kernel()
-def held(
+def is_static(
     now: Fields,
     slopes: Array,
     status: Status,
@@ -104,14 +109,13 @@ def held(
     faces: Faces,
     i: int,
 ) -> bool:
-    """Whether friction holds cell i, which is at rest.
+    """Whether cell i, which is at rest, is below yield.
 
-    It does if ``|(beta_x h_x - g sin xi, beta_y h_y)|`` is at most ``g cos xi tan delta`` at each face,
-    with the difference to the cell beyond and the gradient along the face. A wall holds what leans on it.
-    From a dry cell nothing can slide in: what the rim of a heap is held by lies below it.
+    It is if ``|(beta_x h_x - g sin xi, beta_y h_y)|`` is at most ``g cos xi tan delta`` at each face, with
+    the difference to the cell beyond and the gradient along the face. A wall supports what presses on it.
+    From a dry cell nothing can slide in: what supports the rim of a heap lies below it.
     """
     h, b_x, b_y = now.h, status.beta_x[i], status.beta_y[i]
-    limit = bed.normal[i] * material.tangent * HOLDS
     for m in range(faces.number[i]):
         f, j, sign = beyond(faces, half_of(faces, i, m))
         if f >= faces.outer and sides.kind[faces.side[f - faces.outer]] in (WALL, NO_SLIP):
@@ -122,7 +126,7 @@ def held(
         pull_y = b_y * (slopes[1, i] + more * d_y)
         if h[j] <= material.dry and pull_x * d_x + pull_y * d_y >= 0.0:
             continue
-        if pull_x * pull_x + pull_y * pull_y > limit * limit:
+        if not below_yield(pull_x, pull_y, bed.normal[i], material):
             return False
     return True
 
@@ -139,44 +143,27 @@ def classify_ghosts(
     start: int,
     stop: int,
 ) -> float:
-    """Give some ghosts the status of their cells, but let a given depth drive them; return its wave rate.
-
-    A given depth is not dry where its cell is: friction holds it where it does not drive.
-    """
+    """Give some ghosts the status of their cells, but let a given depth drive them; return its wave rate."""
     h, fastest = now.h, 0.0
     for b in range(start, stop):
         f = faces.outer + b
         i, ghost = int(faces.left[f]), int(faces.right[f])
         b_x, b_y = status.beta_x[i], status.beta_y[i]
-        status.beta_x[ghost], status.beta_y[ghost], status.still[ghost] = b_x, b_y, status.still[i]
+        status.beta_x[ghost], status.beta_y[ghost], status.static[ghost] = b_x, b_y, status.static[i]
         if sides.kind[faces.side[b]] == DEPTH and h[ghost] > material.dry:
             n_x, n_y = faces.geometry[0, f], faces.geometry[1, f]
             way = faces.geometry[2, f] * n_x + faces.geometry[3, f] * n_y
             b_n = b_x * n_x * n_x + b_y * n_y * n_y
-            push = abs(b_n * (h[ghost] - h[i]) / way - n_x * bed.along[i])
-            if status.still[ghost] == DRY:
-                status.still[ghost] = HELD
-            if push > bed.normal[i] * material.tangent * HOLDS:
-                status.still[ghost] = 0.0
-                fastest = max(fastest, 2.0 * math.sqrt(b_n * h[ghost]) * faces.geometry[6, f] / area[i])
+            drive = b_n * (h[ghost] - h[i]) / way - n_x * bed.along[i]
+            status.static[ghost], speed = status_at_depth(
+                status.static[ghost], h[ghost], drive, b_n, bed.normal[i], material
+            )
+            fastest = max(fastest, speed * faces.geometry[6, f] / area[i])
     return fastest
 
 
 @kernel()
-def classify_cloud(
-    now: Fields,
-    slopes: Array,
-    status: Status,
-    bed: CloudBed,
-    material: Material,
-    sides: Sides,
-    faces: Faces,
-    gradient: Gradient,
-    area: Array,
-    widths: Array,
-    activity: Activity,
-    rate: Array,
-) -> float:
+def classify_cloud(arrays: CloudArrays) -> float:
     """Set slopes and status where something has changed: in the sloped runs of the step before.
 
     Returns
@@ -184,25 +171,29 @@ def classify_cloud(
     float
         Largest wave rate of a wet cell, s-1, wherever it is.
     """
-    u, v, still, top = now.u, now.v, status.still, activity.top
+    now, status, bed, material, sides = arrays.now, arrays.status, arrays.bed, arrays.material, arrays.sides
+    faces, activity, slopes, rate = arrays.faces, arrays.activity, arrays.buffers.slopes, arrays.buffers.rate
+    u, v, static, top = now.u, now.v, status.static, activity.top
     fastest = 0.0
     for r in range(activity.counts[2]):
         start, stop = activity.sloped_runs[r]
         first, last = faces.first_side[start // LANES], faces.first_side[stop // LANES]
         fill_ghosts_beyond(now, status.beta_x, status.beta_y, faces, sides, first, last)
-        slopes_at(now, gradient, start, stop, material.dry, slopes)
+        slopes_at(now, arrays.gradient, start, stop, material.dry, slopes)
         flatten_fed(slopes, faces, sides, first, last)
-        set_status(now, slopes, status, bed, material, widths, start, stop, rate)
+        set_status(now, slopes, status, bed, material, arrays.widths, start, stop, rate)
         for b in range(start // LANES, stop // LANES):
             moves, top[b] = False, 0.0
             for i in range(b * LANES, (b + 1) * LANES):
                 top[b] = max(top[b], rate[i])
-                rests = still[i] == 0.0 and u[i] == 0.0 and v[i] == 0.0
-                if rests and held(now, slopes, status, bed, material, sides, faces, i):
-                    still[i] = HELD
-                moves |= still[i] == 0.0
+                rests = static[i] == 0.0 and u[i] == 0.0 and v[i] == 0.0
+                if rests and is_static(now, slopes, status, bed, material, sides, faces, i):
+                    static[i] = BELOW_YIELD
+                moves |= static[i] == 0.0
             activity.moving[b] = moves
-        fastest = max(fastest, classify_ghosts(now, status, bed, material, sides, faces, area, first, last))
+        fastest = max(
+            fastest, classify_ghosts(now, status, bed, material, sides, faces, arrays.area, first, last)
+        )
     for b in range(len(top)):
         fastest = max(fastest, top[b])
     return fastest

@@ -1,27 +1,25 @@
-"""The time loop on a cloud, as `solver.lattice.time_stepping.advance` is that on a lattice."""
+"""The parts of a time step on a cloud, as `solver.lattice.time_stepping` has them on a lattice."""
 
 from __future__ import annotations
 
-from solver.arrays import Array, Indices
-from solver.cloud.blocks import Activity, Blocks, moving_volume_exceeds, spread_blocks
-from solver.cloud.faces import Faces
-from solver.cloud.fluxes import CloudBuffers
-from solver.cloud.reconstruction import Gradient
+from solver.arrays import Indices
+from solver.cloud.arrays import CloudArrays
+from solver.cloud.blocks import spread_blocks
 from solver.cloud.residual import cloud_stage
 from solver.cloud.status import classify_cloud
 from solver.compiled import kernel
-from solver.kernels.record import Record, record_cells
+from solver.kernels.record import record_cells
 from solver.kernels.runge_kutta import (
     AT_REST,
-    COLLAPSED,
+    CONTINUE,
     NOT_FINITE,
-    OUT_OF_STEPS,
-    REACHED,
+    SSP_RK3,
+    Limits,
     Progress,
-    share_of_step,
-    step_length,
+    less_moving,
+    march,
 )
-from solver.kernels.state import CloudBed, Fields, Material, Sides, Status
+from solver.kernels.state import DEPTH, LANES, Fields
 
 
 @kernel()
@@ -34,95 +32,64 @@ def copy_runs(source: Fields, target: Fields, runs: Indices) -> None:
 
 
 @kernel()
-def advance_cloud(
-    now: Fields,
-    first_stage: Fields,
-    second_stage: Fields,
-    status: Status,
-    bed: CloudBed,
-    material: Material,
-    sides: Sides,
-    area: Array,
-    widths: Array,
-    faces: Faces,
-    gradient: Gradient,
-    blocks: Blocks,
-    activity: Activity,
-    buffers: CloudBuffers,
-    parts: tuple[float, ...],
-    cfl: float,
-    target: float,
-    shortest: float,
-    max_steps: int,
-    rest_volume: float,
-    threshold: float,
-    record: Record,
-    progress: Progress,
-) -> int:
-    """Step until ``target`` (s) or until at most ``rest_volume`` (m3) moves; return why it stopped.
+def moving_volume_exceeds(arrays: CloudArrays, volume: float, started: bool) -> bool:
+    """As `solver.lattice.spans.moving_volume_exceeds`."""
+    now, static, area, activity = arrays.now, arrays.status.static, arrays.area, arrays.activity
+    faces, kind = arrays.faces, arrays.sides.kind
+    moves = not started
+    for r in range(activity.counts[0]):
+        start, stop = activity.stepped_runs[r]
+        for i in range(start, stop):
+            amount = now.h[i] * area[i]
+            volume, moves = less_moving(volume, moves, static[i], amount, now.u[i], now.v[i])
+            if moves and volume < 0.0:
+                return True
+        for b in range(faces.first_side[start // LANES], faces.first_side[stop // LANES]):
+            if kind[faces.side[b]] == DEPTH and static[faces.cells + b] == 0.0:
+                return True
+    return False
 
-    Between steps the three states are equal, so that a stage finds in its own what it reads beside the cells
-    it steps. The last stage fills another state than the one it starts from: its loop could not vectorise.
+
+@kernel()
+def begin_step(arrays: CloudArrays, limits: Limits, progress: Progress) -> tuple[int, float, int]:
+    """Find what is to be stepped, whether anything moves, and the largest wave rate, s-1."""
+    rate = classify_cloud(arrays)
+    cells = spread_blocks(arrays.status.static, arrays.faces, arrays.blocks, arrays.activity)
+    moves = moving_volume_exceeds(arrays, limits.rest_volume, progress.steps[0] > 0)
+    return CONTINUE if moves else AT_REST, rate, cells
+
+
+@kernel()
+def take_stage(
+    arrays: CloudArrays, cells: int, k: int, part: float, share: float, dt: float, progress: Progress
+) -> int:
+    """Take the k-th stage.
+
+    The last one fills another state than that at the start of the step: its loop could not vectorise.
     """
-    stages = len(parts)
-    for stage in (first_stage, second_stage):
-        stage.h[:], stage.u[:], stage.v[:] = now.h, now.u, now.v
-    while progress.time[0] < target:
-        # before anything is touched, so that the run can go on from here as if it had not stopped
-        if progress.steps[0] >= max_steps:
-            return OUT_OF_STEPS
-        rate = classify_cloud(
-            now,
-            buffers.slopes,
-            status,
-            bed,
-            material,
-            sides,
-            faces,
-            gradient,
-            area,
-            widths,
-            activity,
-            buffers.rate,
-        )
-        cells = spread_blocks(status.still, faces, blocks, activity)
-        started = progress.steps[0] > 0
-        if not moving_volume_exceeds(now, status, area, sides, faces, activity, rest_volume, started):
-            return AT_REST
-        remaining = target - progress.time[0]
-        dt = step_length(rate, cfl, remaining, shortest)
-        if dt == 0.0:
-            return COLLAPSED
-        source = now
-        for k in range(stages):
-            out = first_stage if k % 2 == 0 else second_stage
-            cloud_stage(
-                now,
-                source,
-                out,
-                status,
-                bed,
-                material,
-                sides,
-                area,
-                faces,
-                gradient,
-                activity,
-                parts[k],
-                share_of_step(parts, k),
-                dt,
-                buffers,
-                progress.ledger,
-                k == 0,
-            )
-            source = out
-        runs = activity.stepped_runs[: activity.counts[0]]
-        copy_runs(first_stage, now, runs)
-        copy_runs(first_stage, second_stage, runs)
-        progress.time[0] = target if dt == remaining else progress.time[0] + dt
-        progress.steps[0] += 1
-        progress.cell_stages[0] += stages * cells
-        for start, stop in runs:
-            if not record_cells(now, start, stop, material.dry, threshold, record, progress):
-                return NOT_FINITE
-    return REACHED
+    now, one, two = arrays.now, arrays.first_stage, arrays.second_stage
+    source = now if k == 0 else (one if k % 2 == 1 else two)
+    out = one if k % 2 == 0 else two
+    cloud_stage(arrays, source, out, part, share, dt, progress.ledger, k == 0)
+    if k == len(SSP_RK3) - 1:
+        runs = arrays.activity.stepped_runs[: arrays.activity.counts[0]]
+        copy_runs(one, now, runs)
+        copy_runs(one, two, runs)
+    progress.cell_stages[0] += cells
+    return cells
+
+
+@kernel()
+def end_step(arrays: CloudArrays, limits: Limits, progress: Progress) -> int:
+    """Record the maxima, and look for values that are not finite."""
+    dry, threshold = arrays.material.dry, limits.arrival_depth
+    for start, stop in arrays.activity.stepped_runs[: arrays.activity.counts[0]]:
+        if not record_cells(arrays.now, start, stop, dry, threshold, arrays.record, progress):
+            return NOT_FINITE
+    return CONTINUE
+
+
+@kernel()
+def advance_cloud(arrays: CloudArrays, limits: Limits, progress: Progress) -> int:
+    """Step until a limit; return which."""
+    return int(march(arrays, begin_step, take_stage, end_step, limits, progress))

@@ -13,7 +13,7 @@ from solver.arrays import Array, Indices
 from solver.lmls.shape_functions import Approximation, approximation, diffuse, full
 from solver.points.cloud import PointCloud
 from solver.points.lattice import Lattice
-from solver.scene import DerivativeName
+from solver.scheme import DerivativeName
 
 Numbers = NDArray[np.int32]
 DERIVATIVES = {"full": full, "diffuse": diffuse}
@@ -24,12 +24,24 @@ EQUAL = 1 + 1e-9
 class Stencils(NamedTuple):
     """LMLS weights and exchange pairs of each of n points.
 
-    own : 1 where each point has its own row of weights, 0 where all share one.
-    neighbours : (n, s), numbers of the points and images of each support, nearest first. gradient :
-    (rows, s, 2), weights of the derivatives by x and y, 1/m. value : (rows, s), weights of the value. reach :
-    (rows, 2), sums of the sizes of the derivative weights, 1/m. first : (n + 1,), where each point's pairs
-    begin. partners : (pairs,). exchange : (pairs,), or of one point if shared,
-    ``(V_i S_ij + V_j S_ji) / (2 V_i)`` with S the value weights.
+    Attributes
+    ----------
+    own
+        1 where each point has its own row of weights, 0 where all share one.
+    neighbours
+        (n, s), numbers of the points and images of each support, nearest first.
+    gradient
+        (rows, s, 2), weights of the derivatives by x and y, 1/m.
+    value
+        (rows, s), weights of the value.
+    reach
+        (rows, 2), sums of the sizes of the derivative weights, 1/m.
+    first
+        (n + 1,), where each point's pairs begin.
+    partners
+        (pairs,).
+    exchange
+        (pairs,), or of one point if shared, ``(V_i S_ij + V_j S_ji) / (2 V_i)`` with S the value weights.
     """
 
     own: int
@@ -46,11 +58,22 @@ class Stencils(NamedTuple):
 class CollocationOperators:
     """n points, their mirror images beyond the sides, numbered after them, and what is computed from both.
 
-    points : the lattice or cloud. support, degree, weight_shape, derivative : the choices they were made by.
-    coordinates : (n + images, 2), m. area : (n + images,), of the control volumes, m2.
-    source : (images,), number of each image's point. beyond : (images, 2), along x and y: -1 beyond the lower
-    side, 1 beyond the upper, 0 beyond neither.
-    condition : largest condition number of a moment matrix in the 2-norm.
+    Attributes
+    ----------
+    points
+        The lattice or cloud.
+    support, degree, weight_shape, derivative
+        The choices they were made by.
+    coordinates
+        (n + images, 2), m.
+    area
+        (n + images,), of the control volumes, m2.
+    source
+        (images,), number of each image's point.
+    beyond
+        (images, 2), along x and y: -1 beyond the lower side, 1 beyond the upper, 0 beyond neither.
+    condition
+        Largest condition number of a moment matrix in the 2-norm.
     """
 
     points: Lattice | PointCloud

@@ -2,31 +2,14 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from solver.arrays import Array, Indices
+from solver.collocation.arrays import CollocationArrays, Momenta, Relaxation
 from solver.collocation.operators import Stencils
-from solver.collocation.residual import Images, Momenta, Scratch, fill_images, mirrored
+from solver.collocation.residual import fill_images, mirrored
 from solver.compiled import kernel
 from solver.kernels.state import CloudBed
-
-
-class Relaxation(NamedTuple):
-    """How the state is relaxed after each stage.
-
-    omega : of eq. 25, 0 for none. threshold : of eq. 24. floor : least depth that eq. 24 divides by, m.
-    pairs : 1 to exchange between pairs, 0 for eq. 25 as printed. momentum : 1 to relax momentum too. clip : 1
-    to set negative depths to zero afterwards.
-    """
-
-    omega: float
-    threshold: float
-    floor: float
-    pairs: int
-    momentum: int
-    clip: int
 
 
 @kernel()
@@ -73,17 +56,7 @@ def steepens_shock(q: Momenta, i: int, j: int, coordinates: Array, bed: CloudBed
 
 
 @kernel()
-def exchange(
-    count: int,
-    coordinates: Array,
-    area: Array,
-    stencils: Stencils,
-    images: Images,
-    bed: CloudBed,
-    dry: float,
-    how: Relaxation,
-    scratch: Scratch,
-) -> int:
+def exchange(arrays: CollocationArrays, count: int) -> int:
     """Relax by what pairs of points exchange if one of them is flagged.
 
     ``U_i += omega sum_j c_ij (U_j - U_i)`` with ``V_i c_ij = V_j c_ji``: volume moves, none is made. A
@@ -93,6 +66,8 @@ def exchange(
     Every pair is met at the flagged point of lower number. With the image of j, i exchanges what j does with
     the image of i. Returns the number of points chosen, with those that an exchange reached.
     """
+    coordinates, area, stencils, images = arrays.coordinates, arrays.area, arrays.stencils, arrays.images
+    scratch, bed, dry, omega = arrays.scratch, arrays.bed, arrays.material.dry, arrays.relaxation.omega
     q, change, flag, chosen = scratch.q, scratch.change, scratch.flag, scratch.chosen
     n, listed = len(chosen), count
     for c in range(count):
@@ -111,7 +86,7 @@ def exchange(
             size = stencils.exchange[p - offset]
             if size < 0.0 and steepens_shock(q, i, g, coordinates, bed, dry):
                 continue
-            size *= how.omega
+            size *= omega
             change.h[i] += size * (q.h[g] - q.h[i])
             change.hu[i] += size * (q.hu[g] - q.hu[i])
             change.hv[i] += size * (q.hv[g] - q.hv[i])
@@ -142,25 +117,16 @@ def replace(
 
 
 @kernel()
-def relax(
-    count: int,
-    coordinates: Array,
-    area: Array,
-    stencils: Stencils,
-    images: Images,
-    bed: CloudBed,
-    dry: float,
-    how: Relaxation,
-    scratch: Scratch,
-) -> int:
+def relax(arrays: CollocationArrays, count: int) -> int:
     """Relax depth, and momentum if it is to be, of the chosen points; images follow. Returns their number."""
+    how, scratch, images, stencils = arrays.relaxation, arrays.scratch, arrays.images, arrays.stencils
     q, change = scratch.q, scratch.change
     if how.omega > 0.0:
         fill_images(q.h, q.hu, q.hv, images)
         chosen = scratch.chosen[:count]
         flag_rough(q, chosen, stencils, how, scratch.flag, change.h)
         if how.pairs:
-            count = exchange(count, coordinates, area, stencils, images, bed, dry, how, scratch)
+            count = exchange(arrays, count)
         else:
             replace(q, chosen, stencils, how.omega, scratch.flag, change)
         for c in range(count):

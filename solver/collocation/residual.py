@@ -3,65 +3,17 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
 from solver.arrays import Array, Indices
+from solver.collocation.arrays import Images, Momenta, Open, Scratch
 from solver.collocation.operators import Stencils
 from solver.compiled import ONE, kernel
-from solver.kernels.source_terms import braked, dragged
+from solver.kernels.boundary import account
+from solver.kernels.earth_pressure import earth_pressure
+from solver.kernels.source_terms import update_cell
 from solver.kernels.state import CloudBed, Fields, Material
-
-
-class Images(NamedTuple):
-    """How images mirror the velocities of their points.
-
-    owner : (points and images,), number of each point itself, of each image its point's. sign : (images, 2),
-    factor of either component. outward : (images, 2), 1 where the component is first made positive.
-    """
-
-    owner: Indices
-    sign: Array
-    outward: Indices
-
-
-class Momenta(NamedTuple):
-    """Depth (m) and momentum (m2 s-1) of points and images, flat arrays."""
-
-    h: Array
-    hu: Array
-    hv: Array
-
-
-class Open(NamedTuple):
-    """What open sides let out: pairs of a point and an image beyond an open side, as `open_sides` lists them.
-
-    point, image, side : (m,). weight : (m, 2), of the momentum of both along and across, m.
-    """
-
-    point: Indices
-    image: Indices
-    side: Indices
-    weight: Array
-
-
-class Scratch(NamedTuple):
-    """Scratch arrays of a run.
-
-    start : state at the start of the step. q : state after a stage; where nothing is chosen, that in force.
-    change : what relaxation makes of it. gains : (n, 5), filled by `derivatives`. beta : (n, 2), g cos(xi) K
-    (eq. 7) along x and y, m s-2. mark, flag, chosen : (n,).
-    """
-
-    start: Fields
-    q: Momenta
-    change: Momenta
-    gains: Array
-    beta: Array
-    mark: Indices
-    flag: Indices
-    chosen: Indices
 
 
 @kernel()
@@ -94,8 +46,12 @@ def choose(
 ) -> int:
     """List the points that have in their support a depth above ``dry`` or below its negative.
 
-    count : points listed before in this step, which stay; with 0 the list is made anew. Returns the new one.
-    mark : 1 for what is listed, 2 where what it reaches is listed too.
+    Parameters
+    ----------
+    count
+        Points listed before in this step, which stay; with 0 the list is made anew. Returns the new one.
+    mark
+        1 for what is listed, 2 where what it reaches is listed too.
     """
     if count == 0:
         mark[:] = 0
@@ -122,8 +78,11 @@ def derivatives(now: Fields, chosen: Indices, stencils: Stencils, gains: Array) 
 
     Two sums run side by side, so that one does not wait for the other's last addition.
 
-    gains : (n, 5), filled with the divergence of ``h u`` (m s-1), of the fluxes of momentum along and across
-    (m2 s-2), and with the gradient of h (dimensionless).
+    Parameters
+    ----------
+    gains
+        (n, 5), filled with the divergence of ``h u`` (m s-1), of the fluxes of momentum along and across (m2
+        s-2), and with the gradient of h (dimensionless).
     """
     h, u, v = now
     near, weights, own = stencils.neighbours, stencils.gradient, np.uint64(stencils.own)
@@ -154,7 +113,7 @@ def derivatives(now: Fields, chosen: Indices, stencils: Stencils, gains: Array) 
 
 
 @kernel()
-def earth_pressure(
+def set_pressure(
     now: Fields, chosen: Indices, stencils: Stencils, bed: CloudBed, material: Material, beta: Array
 ) -> float:
     """Set beta (n, 2) of the chosen points by the signs of their LMLS velocity gradient (eqs. 7, 10, 11).
@@ -162,7 +121,6 @@ def earth_pressure(
     A dry neighbour has no velocity and makes no gradient. Returns the largest of
     ``(|u| + c_x) sum |D_x| + (|v| + c_y) sum |D_y|``, D the derivative weights, s-1.
     """
-    x_a, x_p, y_aa, y_ap, y_pa, y_pp = material.pressure
     h, u, v = now
     near, weights, own = stencils.neighbours, stencils.gradient, np.uint64(stencils.own)
     fastest = 0.0
@@ -177,9 +135,7 @@ def earth_pressure(
                 wet = 1.0 if h[j] > material.dry else 0.0
                 u_x += wet * weights[row, s_, np.uint64(0)] * (u[j] - u[i])
                 v_y += wet * weights[row, s_, np.uint64(1)] * (v[j] - v[i])
-        k_active, k_passive = (y_aa if v_y >= 0.0 else y_ap), (y_pa if v_y >= 0.0 else y_pp)
-        beta[i, 0] = bed.normal[i] * (x_a if u_x >= 0.0 else x_p)
-        beta[i, 1] = bed.normal[i] * (k_active if u_x >= 0.0 else k_passive)
+        beta[i, 0], beta[i, 1] = earth_pressure(u_x, v_y, 0.0, h[i], bed.normal[i], material)
         if h[i] > material.dry:
             rate = (abs(u[i]) + math.sqrt(beta[i, 0] * h[i])) * stencils.reach[row, 0]
             rate += (abs(v[i]) + math.sqrt(beta[i, 1] * h[i])) * stencils.reach[row, 1]
@@ -197,28 +153,26 @@ def update(
     dt: float,
     scratch: Scratch,
 ) -> None:
-    """Update the chosen points: ``U = U_0 + part (U_1 - U_0 + dt L(U_1))``, then friction over ``part dt``.
+    """Update the chosen points, as `solver.kernels.source_terms.update_cell` does one.
 
     A negative depth neither slides nor presses. The result, depth and momentum, is put into ``scratch.q``.
     """
     start, q, gains, beta = scratch.start, scratch.q, scratch.gains, scratch.beta
-    dry, braking = material.dry, part * dt * material.tangent
     for c in range(len(chosen)):
         i = np.uint64(chosen[c])
-        h_0, h_1 = start.h[i], now.h[i]
-        depth = h_1 if h_1 > 0.0 else 0.0
-        gain_u = depth * (bed.along[i] - beta[i, 0] * gains[i, 3]) - gains[i, 1]
-        gain_v = -depth * beta[i, 1] * gains[i, 4] - gains[i, 2]
-        hu, hv = h_0 * start.u[i], h_0 * start.v[i]
-        h = h_0 + part * ((h_1 - h_0) - dt * gains[i, 0])
-        hu += part * ((h_1 * now.u[i] - hu) + dt * gain_u)
-        hv += part * ((h_1 * now.v[i] - hv) + dt * gain_v)
-        per_depth = braked(hu, hv, h, now.u[i], depth, bed.normal[i], bed.curvature[i], braking, dry)
-        u, v = hu * per_depth, hv * per_depth
-        slowed = (
-            dragged(math.sqrt(u * u + v * v), h, part * dt * material.drag) if material.drag > 0.0 else 1.0
+        load = max(now.h[i], 0.0)
+        h, u, v = update_cell(
+            (start.h[i], start.u[i], start.v[i]),
+            (now.h[i], now.u[i], now.v[i]),
+            (-gains[i, 0], -gains[i, 1], -gains[i, 2]),
+            (load * (bed.along[i] - beta[i, 0] * gains[i, 3]), -load * beta[i, 1] * gains[i, 4]),
+            (bed.normal[i], bed.curvature[i]),
+            load,
+            part,
+            dt,
+            material,
         )
-        q.h[i], q.hu[i], q.hv[i] = h, h * u * slowed, h * v * slowed
+        q.h[i], q.hu[i], q.hv[i] = h, h * u, h * v
 
 
 @kernel()
@@ -257,17 +211,10 @@ def account_open(now: Fields, sides: Open, duration: float, ledger: Array) -> No
     for k in range(len(sides.point)):
         i, j, side = sides.point[k], sides.image[k], sides.side[k]
         if side != before:
-            settle_account(before, rate * duration, ledger)
+            if before >= 0:
+                account(rate * duration, before, ledger)
             before, rate = side, 0.0
         rate += sides.weight[k, 0] * (now.h[j] * now.u[j] + now.h[i] * now.u[i])
         rate += sides.weight[k, 1] * (now.h[j] * now.v[j] + now.h[i] * now.v[i])
-    settle_account(before, rate * duration, ledger)
-
-
-@kernel()
-def settle_account(side: int, volume: float, ledger: Array) -> None:
-    """Add a volume that left by a side, or came if it is negative, m3."""
-    if volume > 0.0:
-        ledger[side, 1] += volume
-    elif volume < 0.0:
-        ledger[side, 0] -= volume
+    if before >= 0:
+        account(rate * duration, before, ledger)

@@ -8,12 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.arrays import Array
+from solver.collocation.arrays import CollocationArrays, Images, Momenta, Open, Relaxation, Scratch
 from solver.collocation.operators import CollocationOperators, prepare_collocation
-from solver.collocation.relaxation import Relaxation
-from solver.collocation.residual import Images, Momenta, Open, Scratch
 from solver.collocation.time_stepping import advance_collocation
 from solver.kernels.record import Record, record_cells
-from solver.kernels.runge_kutta import SSP_RK3
 from solver.kernels.state import DEPTH, NO_SLIP, OPEN, CloudBed, Fields, Sides
 from solver.points.lattice import Lattice
 from solver.points.voronoi import SIDE_NORMALS
@@ -54,7 +52,7 @@ def images_of(operators: CollocationOperators, sides: Sides) -> Images:
     """
     if (sides.kind == DEPTH).any():
         raise ValueError("the collocation form knows no given depth at a side")
-    if (sides.lean[sides.kind != OPEN] != 0).any():
+    if (sides.excess[sides.kind != OPEN] != 0).any():
         raise ValueError("the collocation form knows no walls across a slope steeper than friction")
     sign, outward = np.ones(operators.beyond.shape), np.zeros(operators.beyond.shape, dtype=np.int64)
     for axis in (0, 1):
@@ -151,35 +149,30 @@ class CollocationRun(Run):
         self.rest_volume = scheme.rest_share * self.volume
         record_cells(self.now, 0, n, self.material.dry, arrival_depth, self.record, self.progress)
 
-    def _advance(self, target: float, max_steps: int) -> int:
+    @property
+    def arrays(self) -> CollocationArrays:
+        """What the kernels read and write."""
         operators = self.operators
-        return int(
-            advance_collocation(
-                self.now,
-                operators.coordinates,
-                operators.area,
-                operators.stencils,
-                self.images,
-                self.open,
-                self.bed,
-                self.material,
-                self.relaxation,
-                self.film,
-                min(AROUND, operators.stencils.neighbours.shape[1]),
-                self.scratch,
-                SSP_RK3,
-                self.scene.scheme.cfl,
-                target,
-                self.shortest_step,
-                max_steps,
-                self.rest_volume,
-                self.arrival_depth,
-                self.record,
-                self.progress,
-            )
+        return CollocationArrays(
+            now=self.now,
+            coordinates=operators.coordinates,
+            area=operators.area,
+            stencils=operators.stencils,
+            images=self.images,
+            open=self.open,
+            bed=self.bed,
+            material=self.material,
+            relaxation=self.relaxation,
+            film=self.film,
+            around=min(AROUND, operators.stencils.neighbours.shape[1]),
+            scratch=self.scratch,
+            record=self.record,
         )
 
-    def rehearse(self, piece: int) -> None:
+    def _advance(self, target: float, max_steps: int) -> int:
+        return int(advance_collocation(self.arrays, self.limits(target, max_steps), self.progress))
+
+    def warm_up(self, piece: int) -> None:
         """Do nothing: no kernel takes long."""
 
     @property

@@ -1,35 +1,23 @@
-"""The time loop of the collocation form, as `solver.lattice.time_stepping.advance` is that of the lattice."""
+"""The parts of a time step of the collocation form, as `solver.lattice.time_stepping` has them."""
 
 from __future__ import annotations
 
 from solver.arrays import Array
-from solver.collocation.operators import Stencils
-from solver.collocation.relaxation import Relaxation, relax
+from solver.collocation.arrays import CollocationArrays
+from solver.collocation.relaxation import relax
 from solver.collocation.residual import (
-    Images,
-    Open,
-    Scratch,
     account_open,
     choose,
     derivatives,
-    earth_pressure,
     fill_images,
+    set_pressure,
     update,
     velocities,
 )
 from solver.compiled import ZERO, kernel
-from solver.kernels.record import Record, record_cells
-from solver.kernels.runge_kutta import (
-    AT_REST,
-    COLLAPSED,
-    NOT_FINITE,
-    OUT_OF_STEPS,
-    REACHED,
-    Progress,
-    share_of_step,
-    step_length,
-)
-from solver.kernels.state import CloudBed, Fields, Material
+from solver.kernels.record import record_cells
+from solver.kernels.runge_kutta import AT_REST, CONTINUE, NOT_FINITE, Limits, Progress, march
+from solver.kernels.state import Fields
 
 
 @kernel()
@@ -43,55 +31,54 @@ def moving_volume(now: Fields, area: Array, dry: float, count: int) -> float:
 
 
 @kernel()
-def advance_collocation(
-    now: Fields,
-    coordinates: Array,
-    area: Array,
-    stencils: Stencils,
-    images: Images,
-    sides: Open,
-    bed: CloudBed,
-    material: Material,
-    how: Relaxation,
-    film: float,
-    around: int,
-    scratch: Scratch,
-    parts: tuple[float, ...],
-    cfl: float,
-    target: float,
-    shortest: float,
-    max_steps: int,
-    rest_volume: float,
-    threshold: float,
-    record: Record,
-    progress: Progress,
+def differentiate(arrays: CollocationArrays, count: int) -> int:
+    """Choose the points to be stepped, count of them before, and take derivatives there; count them."""
+    now, stencils, images, scratch = arrays.now, arrays.stencils, arrays.images, arrays.scratch
+    fill_images(now.h, now.u, now.v, images)
+    count = choose(now.h, arrays.material.dry, count, stencils, images, scratch.mark, scratch.chosen)
+    derivatives(now, scratch.chosen[:count], stencils, scratch.gains)
+    return count
+
+
+@kernel()
+def begin_step(arrays: CollocationArrays, limits: Limits, progress: Progress) -> tuple[int, float, int]:
+    """Set the earth pressure, and find the largest wave rate, s-1."""
+    now, scratch = arrays.now, arrays.scratch
+    start = scratch.start
+    start.h[:], start.u[:], start.v[:] = now.h, now.u, now.v
+    count = differentiate(arrays, ZERO)
+    chosen = scratch.chosen[:count]
+    rate = set_pressure(now, chosen, arrays.stencils, arrays.bed, arrays.material, scratch.beta)
+    return CONTINUE, rate, count
+
+
+@kernel()
+def take_stage(
+    arrays: CollocationArrays, count: int, k: int, part: float, share: float, dt: float, progress: Progress
 ) -> int:
-    """Step until ``target`` (s) or until at most ``rest_volume`` (m3) moves; return why it stopped."""
-    n, dry, start = len(scratch.chosen), material.dry, scratch.start
-    while progress.time[0] < target:
-        if progress.steps[0] >= max_steps:
-            return OUT_OF_STEPS
-        remaining, dt, count = target - progress.time[0], 0.0, ZERO
-        start.h[:], start.u[:], start.v[:] = now.h, now.u, now.v
-        for k in range(len(parts)):
-            fill_images(now.h, now.u, now.v, images)
-            count = choose(now.h, dry, count, stencils, images, scratch.mark, scratch.chosen)
-            chosen = scratch.chosen[:count]
-            derivatives(now, chosen, stencils, scratch.gains)
-            if k == 0:
-                rate = earth_pressure(now, chosen, stencils, bed, material, scratch.beta)
-                dt = step_length(rate, cfl, remaining, shortest)
-                if dt == 0.0:
-                    return COLLAPSED
-            account_open(now, sides, share_of_step(parts, k) * dt, progress.ledger)
-            update(now, chosen, bed, material, parts[k], dt, scratch)
-            progress.cell_stages[0] += count
-            count = relax(count, coordinates, area, stencils, images, bed, dry, how, scratch)
-            velocities(scratch.q, scratch.chosen[:count], stencils, dry, film, around, now)
-        progress.time[0] = target if dt == remaining else progress.time[0] + dt
-        progress.steps[0] += 1
-        if not record_cells(now, ZERO, n, dry, threshold, record, progress):
-            return NOT_FINITE
-        if moving_volume(now, area, dry, n) <= rest_volume:
-            return AT_REST
-    return REACHED
+    """Take the k-th stage; the first one finds the derivatives there."""
+    now, scratch, material = arrays.now, arrays.scratch, arrays.material
+    if k > 0:
+        count = differentiate(arrays, count)
+    account_open(now, arrays.open, share * dt, progress.ledger)
+    update(now, scratch.chosen[:count], arrays.bed, material, part, dt, scratch)
+    progress.cell_stages[0] += count
+    count = relax(arrays, count)
+    chosen, film = scratch.chosen[:count], arrays.film
+    velocities(scratch.q, chosen, arrays.stencils, material.dry, film, arrays.around, now)
+    return count
+
+
+@kernel()
+def end_step(arrays: CollocationArrays, limits: Limits, progress: Progress) -> int:
+    """Record the maxima, and look for values that are not finite and for rest."""
+    now, dry, n = arrays.now, arrays.material.dry, len(arrays.scratch.chosen)
+    if not record_cells(now, ZERO, n, dry, limits.arrival_depth, arrays.record, progress):
+        return NOT_FINITE
+    return AT_REST if moving_volume(now, arrays.area, dry, n) <= limits.rest_volume else CONTINUE
+
+
+@kernel()
+def advance_collocation(arrays: CollocationArrays, limits: Limits, progress: Progress) -> int:
+    """Step until a limit; return which."""
+    return int(march(arrays, begin_step, take_stage, end_step, limits, progress))

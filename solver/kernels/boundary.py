@@ -6,73 +6,79 @@ import math
 
 from solver.arrays import Array
 from solver.compiled import kernel
-from solver.kernels.state import NO_SLIP, OPEN, WALL, Fluxes
+from solver.kernels.source_terms import below_yield
+from solver.kernels.state import BELOW_YIELD, DRY, NO_SLIP, OPEN, WALL, Material
 
 # What has this share of a given depth at least may be of the layer that is fed.
 LAYER = 0.5
 
 
-@kernel()
-def restrict(
-    fluxes: Fluxes,
-    at: int,
-    h: Array,
-    n: Array,
-    t: Array,
-    beta: Array,
-    cell: int,
-    count: int,
-    kind: int,
-    outward: float,
-) -> None:
-    """Impose on boundary faces what their side allows.
+@kernel(inline=True)
+def boundary_flux(
+    flux: tuple[float, float, float], kind: int, outward: float, h: float, n: float, t: float, c: float
+) -> tuple[float, float, float]:
+    """Impose on the flux through a boundary face what its side allows.
 
     Nothing enters through an OPEN side, and nothing passes a WALL. At a NO_SLIP side the HLL flux between the
     flow and its mirror image, whose tangential velocity is opposite, takes tangential momentum out.
 
     Parameters
     ----------
-    fluxes, at
-        Fluxes, changed in place, and the index of the first boundary face.
-    h, n, t, beta : flat arrays
-        Depth (m), normal and tangential velocity (m s-1), g cos(xi) K (m s-2).
-    cell, count, kind : int
-        Index of the first cell inside, number of faces, kind of the side.
+    flux : tuple
+        Of mass (m2 s-1), of normal and tangential momentum (m3 s-2).
+    kind : int
+        Of the side.
     outward : float
         Sign of the outward direction along the face normal.
+    h, n, t, c : float
+        Depth (m), normal and tangential velocity and wave speed (m s-1) of the cell inside.
     """
-    for k in range(count):
-        f, i = at + k, cell + k
-        if kind == OPEN and outward * fluxes.mass[f] < 0.0:
-            fluxes.mass[f] = fluxes.normal[f] = fluxes.tangential[f] = 0.0
-        elif kind == WALL:
-            fluxes.mass[f] = fluxes.tangential[f] = 0.0
-        elif kind == NO_SLIP:
-            fluxes.mass[f] = 0.0
-            fluxes.tangential[f] = outward * (abs(n[i]) + math.sqrt(beta[i] * h[i])) * h[i] * t[i]
+    mass, normal, tangential = flux
+    if kind == OPEN and outward * mass < 0.0:
+        return 0.0, 0.0, 0.0
+    if kind == WALL:
+        return 0.0, normal, 0.0
+    if kind == NO_SLIP:
+        return 0.0, normal, outward * (abs(n) + c) * h * t
+    return mass, normal, tangential
 
 
-@kernel()
-def account(mass: Array, at: int, count: int, outward: float, share: float, ledger: Array) -> None:
-    """Add what boundary faces carry to the ledger.
+@kernel(inline=True)
+def account(leaving: float, side: int, ledger: Array) -> None:
+    """Add a volume that leaves by a side, or comes in if it is negative, m3, to the ledger (4, 2)."""
+    if leaving > 0.0:
+        ledger[side, 1] += leaving
+    else:
+        ledger[side, 0] -= leaving
+
+
+@kernel(inline=True)
+def status_at_depth(
+    static: float, h: float, drive: float, beta: float, normal: float, material: Material
+) -> tuple[float, float]:
+    """Status of a ghost beyond a side of given depth, and the speed at which it drives the cell inside.
+
+    A given depth is not dry where the cell is: where it does not drive, it is below yield.
 
     Parameters
     ----------
-    mass : flat array
-        Flux of depth, m2 s-1, the first face at index ``at``.
-    outward : float
-        Sign of the outward direction.
-    share : float
-        Face length times the stage's share of the time step, m s.
-    ledger : (2,) array
-        Volumes that came in and left, m3, changed in place.
+    static : float
+        Status of the cell inside.
+    h : float
+        Given depth, m.
+    drive : float
+        Pressure gradient toward the cell less gravity, m s-2.
+    beta, normal : float
+        g cos(xi) K and g cos(xi) of the cell, m s-2.
+
+    Returns
+    -------
+    static, speed : float
+        The speed is in m s-1, and 0 where it does not drive.
     """
-    for k in range(at, at + count):
-        leaving = outward * mass[k]
-        if leaving > 0.0:
-            ledger[1] += share * leaving
-        else:
-            ledger[0] -= share * leaving
+    if below_yield(drive, 0.0, normal, material):
+        return BELOW_YIELD if static == DRY else static, 0.0
+    return 0.0, 2.0 * math.sqrt(beta * h)
 
 
 @kernel()

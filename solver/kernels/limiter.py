@@ -1,12 +1,108 @@
-"""Numbers of the reconstruction at faces: shape functions, limiter and front rules."""
+"""The state that a cell has at a face: LMLS reconstruction, limiter and front rule.
+
+The limiter is Koren's (1993): the third-order step, bounded here by once the difference to either neighbour.
+Where the flow is being stopped, half the difference bounds it (minmod).
+"""
 
 from __future__ import annotations
+
+import math
+
+from solver.compiled import kernel
 
 # The shape functions of eq. 23 at the far face of the middle of three cells, degree 2, from cell means.
 BEHIND, MIDDLE, AHEAD = -1 / 6, 5 / 6, 1 / 3
 # Nothing passes from a cell at the front into a dry one until it holds this share of the depth behind it.
 FRONT = 0.45
-# A cell that shows this multiple of its mean depth at a face has next to nothing anywhere else.
+# A cell that has this multiple of its mean depth at a face has next to nothing anywhere else.
 ALL = 1.9
-# Share of its depth that a cell shows at least where it moves to.
+# Share of its depth that a cell has at least at a face that it moves to.
 LEAST = 0.1
+
+
+@kernel(inline=True)
+def limited(wanted: float, behind: float, ahead: float, steepness: float) -> float:
+    """Limit the step from a cell's mean to its value at a face so that no new extremum appears.
+
+    Parameters
+    ----------
+    wanted : float
+        Size of the step without a limit.
+    behind, ahead : float
+        Differences from the neighbour behind and to the one ahead.
+    steepness : float
+        Largest multiple of half a neighbour's difference: 2 stays between neighbours, 1 is minmod.
+    """
+    one, two = abs(behind), abs(ahead)
+    most = 0.5 * steepness * (one if one < two else two)
+    most = most if behind * ahead > 0.0 else 0.0
+    return math.copysign(wanted if wanted < most else most, ahead)
+
+
+@kernel(inline=True)
+def steepness_of(behind: float, ahead: float) -> float:
+    """Steepness for depth and normal velocity: 1 where the flow is being stopped, else 2.
+
+    It is where it loses at least half its speed from one neighbour to the other: a steeper limiter rings at a
+    granular shock, and friction turns the ringing into a wrong shock speed.
+
+    Parameters
+    ----------
+    behind, ahead : float
+        Normal velocities of the neighbours, m s-1.
+    """
+    slower = min(abs(ahead), abs(behind))
+    return 1.0 if slower < behind - ahead else 2.0
+
+
+@kernel(inline=True)
+def face_state(
+    cell: tuple[float, float, float],
+    at_face: tuple[float, float, float],
+    h_beyond: float,
+    behind: tuple[float, float, float],
+    sign: float,
+    dry: float,
+) -> tuple[float, float, float]:
+    """Bound the reconstruction of a cell at a face, and apply the rule at fronts.
+
+    A velocity is the mean over the mass of a cell. Of one that has twice its mean depth at a face, all is
+    there, and leaves with this mean: if it left slower, the rest, ever thinner, would be ever faster. Where a
+    cell moves to it has LEAST of its depth at least: below a steep heap at rest it would have none, and fall
+    without going anywhere. Depth stays between zero and twice the mean.
+
+    A cell beside a dry one has no depth at the face between before it holds the share FRONT of what lies
+    behind: a front would run ahead as a film otherwise, and most of the error of a flow is in the few cells
+    along its front. What lies behind has to follow, and the cell may be faster than it by no more than a
+    front is, 2 c: what has come off a heap at rest would stay for ever otherwise, and fall without going
+    anywhere.
+
+    Parameters
+    ----------
+    cell : tuple
+        Mean depth (m), normal and tangential velocity (m s-1).
+    at_face : tuple
+        The same as reconstructed at the face, velocities as steps from the mean.
+    h_beyond : float
+        Depth of the cell beyond the face, m.
+    behind : tuple
+        Depth (m), normal velocity (m s-1) and squared wave speed (m2 s-2) behind the cell.
+    sign : float
+        1 if the normal points out of the cell, -1 if it points into it.
+    dry : float
+        Depth up to which a cell counts as dry, m.
+    """
+    h, n, t = cell
+    depth, n_step, t_step = at_face
+    h_behind, n_behind, wave = behind
+    least = LEAST * h if sign * n > 0.0 else 0.0
+    depth = depth if depth > least else least
+    depth = depth if depth < 2.0 * h else 2.0 * h
+    # a front follows what is behind it, at most as fast as that can send it
+    more = sign * (n - n_behind)
+    more = more if more > 0.0 else 0.0
+    led = (sign * n <= 0.0) | ((sign * n_behind > 0.0) & (more * more <= 4.0 * wave))
+    hidden = (h_beyond <= dry) & (h < FRONT * h_behind) & led
+    # what is all at the face that it leaves through leaves with the velocity of all
+    all_there = (depth > ALL * h) & (sign * (n + n_step) > 0.0)
+    return 0.0 if hidden else depth, n if all_there else n + n_step, t if all_there else t + t_step

@@ -16,8 +16,16 @@ from solver.kernels.state import Fields
 class Record(NamedTuple):
     """Over all time steps, flat arrays of the lattice without ghosts.
 
-    depth : largest, m. speed_squared : largest |u|^2, m2 s-2. momentum_flux : largest h |u|^2, m3 s-2.
-    arrival : first time with depth above the arrival depth, s, NaN before.
+    Attributes
+    ----------
+    depth
+        Largest, m.
+    speed_squared
+        Largest |u|^2, m2 s-2.
+    momentum_flux
+        Largest h |u|^2, m3 s-2.
+    arrival
+        First time with depth above the arrival depth, s, NaN before.
     """
 
     depth: Array
@@ -30,7 +38,19 @@ class Record(NamedTuple):
 def record_run(
     now: Fields, cell: int, count: int, dry: float, threshold: float, time: float, record: Record, to: int
 ) -> bool:
-    """Update the maxima of a run of cells; say whether all values are finite. A dry cell has no speed."""
+    """Update the maxima of a run of cells; say whether all values are finite. A dry cell has no speed.
+
+    Parameters
+    ----------
+    cell, count : int
+        Index of the first cell, and number of cells.
+    dry, threshold : float
+        Depths up to which a cell counts as dry and as not reached, m.
+    time : float
+        Time reached, s.
+    to : int
+        Index of the first cell in the record.
+    """
     bad = 0
     for k in range(count):
         i, o = np.uint64(cell) + np.uint64(k), np.uint64(to) + np.uint64(k)
@@ -58,7 +78,15 @@ def record_cells(
     record: Record,
     progress: Progress,
 ) -> bool:
-    """Update the maxima of a run of cells; on a value that is not finite, note its cell."""
+    """Update the maxima of a run of cells; say whether all values are finite, or note the cell of one.
+
+    Parameters
+    ----------
+    start, stop : int
+        The cells.
+    dry, threshold : float
+        As of `record_run`.
+    """
     if record_run(now, start, stop - start, dry, threshold, progress.time[0], record, start):
         return True
     for i in range(start, stop):

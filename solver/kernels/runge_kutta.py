@@ -1,8 +1,8 @@
-"""SSP Runge-Kutta steps (eq. 14) of adaptive length, and why a run stops."""
+"""SSP Runge-Kutta steps (eq. 14; Shu & Osher 1988) of adaptive length, and why a run stops."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from solver.arrays import Array, Indices
 from solver.compiled import kernel
@@ -10,13 +10,50 @@ from solver.compiled import kernel
 # Eq. 14: weights of each stage's result in U = U_0 + part (U_k - U_0 + dt L(U_k)).
 SSP_RK3 = (1.0, 1 / 4, 2 / 3)
 REACHED, AT_REST, OUT_OF_STEPS, NOT_FINITE, COLLAPSED, GROW, OUT_OF_TIME = range(7)
+# What the parts of a step return that does not stop the run.
+CONTINUE = -1
+
+
+class Limits(NamedTuple):
+    """Until when a run goes on, and how fast.
+
+    Attributes
+    ----------
+    target
+        Time to stop at, s.
+    max_steps
+        Most time steps.
+    shortest
+        A step below it counts as collapsed, s.
+    cfl
+        Courant number.
+    rest_volume
+        A run is at rest where at most this much moves, m3.
+    arrival_depth
+        Depth above which a cell counts as reached, m.
+    """
+
+    target: float
+    max_steps: int
+    shortest: float
+    cfl: float
+    rest_volume: float
+    arrival_depth: float
 
 
 class Progress(NamedTuple):
     """What a run has used, arrays of shape (1,) or (2,) changed in place.
 
-    time : s. steps, cell_stages : counts. place : row, column of a failure. ledger : volumes in and out
-    of each side, shape (4, 2), m3.
+    Attributes
+    ----------
+    time
+        Time reached, s.
+    steps, cell_stages
+        Time steps taken, and cells updated, summed over stages.
+    place
+        Row, column of a failure.
+    ledger
+        Volumes in and out of each side, shape (4, 2), m3.
     """
 
     time: Array
@@ -31,6 +68,17 @@ def step_length(rate: float, cfl: float, remaining: float, shortest: float) -> f
     """Length of the next step, s, by the largest wave rate (s-1); 0 where it would be below ``shortest``.
 
     The last two steps before a target are of equal length, so that no sliver of a step is left.
+
+    Parameters
+    ----------
+    rate : float
+        Largest wave rate, s-1; 0 where nothing flows.
+    cfl : float
+        Courant number.
+    remaining : float
+        Time to the target, s.
+    shortest : float
+        Least length, s.
     """
     dt = cfl / rate if rate > 0.0 else remaining
     if dt < shortest:
@@ -47,3 +95,73 @@ def share_of_step(parts: tuple[float, ...], k: int) -> float:
     for n in range(k, len(parts)):
         share *= parts[n]
     return share
+
+
+@kernel(inline=True)
+def less_moving(
+    left: float, moves: bool, static: float, amount: float, u: float, v: float
+) -> tuple[float, bool]:
+    """Take what a cell holds off a volume, unless it is static; say whether a cell so far has a velocity.
+
+    A run is not at rest where the volume becomes negative and a cell moves. Once it has started, one has to:
+    what a step leaves all at rest is left so by the next, even where a single face is above yield.
+
+    Parameters
+    ----------
+    left : float
+        What is left of the volume, m3 or m.
+    moves : bool
+        Whether a cell before has a velocity.
+    static : float
+        Status of the cell.
+    amount : float
+        What the cell holds, in the unit of ``left``.
+    u, v : float
+        Velocity of the cell, m s-1.
+    """
+    if static != 0.0:
+        return left, moves
+    return left - amount, moves | (u != 0.0) | (v != 0.0)
+
+
+@kernel(inline=True, cached=False)
+def march(
+    arrays: Any, begin_step: Any, take_stage: Any, end_step: Any, limits: Limits, progress: Progress
+) -> int:
+    """Step until a target time or until the run is at rest; return why it stopped.
+
+    It is compiled into what calls it, once for each form, with the kernels that it is given.
+
+    Parameters
+    ----------
+    arrays : named tuple
+        What these kernels read and write.
+    begin_step : kernel
+        Called with arrays, limits and progress. Returns why the run stops before the step, or CONTINUE; the
+        largest wave rate, s-1; and what the stages are to know.
+    take_stage : kernel
+        Called with arrays, that, the number of the stage, its weight in the combination with the start of the
+        step, the weight of its fluxes in the whole step, the time step (s), and progress. Returns what the
+        next stage is to know.
+    end_step : kernel
+        Called with arrays, limits and progress. Returns why the run stops after the step, or CONTINUE.
+    """
+    while progress.time[0] < limits.target:
+        # before anything is touched, so that the run can go on from here as if it had not stopped
+        if progress.steps[0] >= limits.max_steps:
+            return OUT_OF_STEPS
+        outcome, rate, known = begin_step(arrays, limits, progress)
+        if outcome != CONTINUE:
+            return int(outcome)
+        remaining = limits.target - progress.time[0]
+        dt = step_length(rate, limits.cfl, remaining, limits.shortest)
+        if dt == 0.0:
+            return COLLAPSED
+        for k in range(len(SSP_RK3)):
+            known = take_stage(arrays, known, k, SSP_RK3[k], share_of_step(SSP_RK3, k), dt, progress)
+        progress.time[0] = limits.target if dt == remaining else progress.time[0] + dt
+        progress.steps[0] += 1
+        outcome = end_step(arrays, limits, progress)
+        if outcome != CONTINUE:
+            return int(outcome)
+    return REACHED

@@ -7,14 +7,15 @@ from typing import NamedTuple
 from solver.arrays import Array, Indices
 from solver.compiled import kernel
 
-# What a cell must keep in one stage, as a share of its depth, so that round-off cannot make it negative.
-SPARE = 1e-12
+# Share of its depth that the positivity limiter leaves a cell in a stage, so that round-off cannot make it
+# negative.
+RETAINED = 1e-12
 
-# Round-off allowed where a drive exactly at the friction limit must count as held (slope = friction angle).
-HOLDS = 1.0 + 1e-12
+# Round-off allowed where a drive exactly at the friction limit is below yield (slope = friction angle).
+YIELD_TOLERANCE = 1.0 + 1e-12
 
-# Why a cell counts as still (`solver.lattice.status.Status`): it is dry, or friction holds it.
-DRY, HELD = 1.0, 2.0
+# Why a cell is static: it is dry, or at rest and below the yield limit of dry friction.
+DRY, BELOW_YIELD = 1.0, 2.0
 
 GHOSTS = 2
 OPEN, WALL, NO_SLIP, DEPTH = 0, 1, 2, 3
@@ -47,20 +48,33 @@ class Fields(NamedTuple):
 class Sides(NamedTuple):
     """The sides x_min, x_max, y_min, y_max, arrays of shape (4,).
 
-    kind : OPEN, WALL, NO_SLIP or DEPTH; at y_min also AXIS or MIDLINE, at y_min and y_max EVEN. depth : given
-    depth, m. lean : the part of gravity along the bed that friction cannot hold there, m s-2.
+    Attributes
+    ----------
+    kind
+        OPEN, WALL, NO_SLIP or DEPTH; at y_min also AXIS or MIDLINE, at y_min and y_max EVEN.
+    depth
+        Given depth, m.
+    excess
+        Excess driving acceleration there: what gravity along the bed has over dry friction, with its sign,
+        m s-2.
     """
 
     kind: Indices
     depth: Array
-    lean: Array
+    excess: Array
 
 
 class Fluxes(NamedTuple):
     """Fluxes through faces, flat arrays.
 
-    mass : of depth, m2 s-1. normal, tangential : convective, of h n and h t, m3 s-2.
-    pressure : HLL mean of h^2 / 2, m2, to be multiplied by the beta of the cell that feels it.
+    Attributes
+    ----------
+    mass
+        Of depth, m2 s-1.
+    normal, tangential
+        Convective, of h n and h t, m3 s-2.
+    pressure
+        HLL mean of h^2 / 2, m2, to be multiplied by the beta of the cell that feels it.
     """
 
     mass: Array
@@ -72,7 +86,10 @@ class Fluxes(NamedTuple):
 class FaceValues(NamedTuple):
     """Depth (m), normal and tangential velocity (m s-1) at the low and high face of cells; flat arrays.
 
-    c : wave speed sqrt(beta h) of the cells, m s-1.
+    Attributes
+    ----------
+    c
+        Wave speed sqrt(beta h) of the cells, m s-1.
     """
 
     h_low: Array
@@ -87,7 +104,10 @@ class FaceValues(NamedTuple):
 class Bed(NamedTuple):
     """Along x, padded shape (nx + 4,): g sin xi, g cos xi (m s-2), the curvature kappa (m-1).
 
-    falling : wave rate (s-1) that gives the longest step from rest, from `falling_rate`.
+    Attributes
+    ----------
+    falling
+        Wave rate (s-1) that gives the longest step from rest, from `falling_rate`.
     """
 
     along: Array
@@ -99,9 +119,16 @@ class Bed(NamedTuple):
 class Material(NamedTuple):
     """Friction and its limits.
 
-    tangent : tan(delta). drag : g / turbulent friction, 0 for dry friction, dimensionless.
-    pressure : the six earth-pressure coefficients, in the order of `PressureCoefficients`.
-    dry : depth up to which a cell counts as dry and does not move, m.
+    Attributes
+    ----------
+    tangent
+        Coefficient of dry friction, tan(delta).
+    drag
+        Coefficient of turbulent drag, g / turbulent friction, 0 for dry friction, dimensionless.
+    pressure
+        The six earth-pressure coefficients, in the order of `PressureCoefficients`.
+    dry
+        Depth up to which a cell counts as dry and does not move, m.
     """
 
     tangent: float
@@ -113,12 +140,17 @@ class Material(NamedTuple):
 class Status(NamedTuple):
     """What each cell is in this step, flat arrays of the padded lattice.
 
-    beta_x, beta_y : g cos(xi) K (eq. 7), m s-2. still : DRY, HELD by friction, else 0.
+    Attributes
+    ----------
+    beta_x, beta_y
+        Earth pressure, g cos(xi) K (eq. 7), m s-2.
+    static
+        DRY, or BELOW_YIELD at rest, else 0.
     """
 
     beta_x: Array
     beta_y: Array
-    still: Array
+    static: Array
 
 
 class CloudBed(NamedTuple):

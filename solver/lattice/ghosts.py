@@ -23,13 +23,20 @@ from solver.lattice.spans import hull
 
 
 @kernel()
-def leaning(h: float, rise: float) -> float:
-    """Depth of a ghost beyond a wall that its image leans on, m.
+def depth_at_wall(h: float, rise: float) -> float:
+    """Depth of a ghost beyond a wall that supports its image, m.
 
-    On a slope steeper than friction what lies against a wall is deeper toward it; ghosts continue the least
-    such slope, since the mirror image alone would carry half of the weight and never let it rest. What is too
-    thin to lean over its whole cell shows the wall no more than twice its depth, as it does other cells: the
-    wall would push it off otherwise.
+    On a slope steeper than friction what lies against a wall is deeper toward it. Ghosts continue the least
+    such slope, since the mirror image alone would carry half of the weight and never let it rest. The depth
+    is at most twice that of the image, which may be too thin to lie against the wall over its whole cell:
+    the wall would push it off otherwise.
+
+    Parameters
+    ----------
+    h : float
+        Depth of the image, m.
+    rise : float
+        Gain of depth from the image to the ghost, m.
     """
     return min(max(0.0, h + rise), 2.0 * h)
 
@@ -56,7 +63,7 @@ def ghosts_beyond(
     for k in range(GHOSTS):
         ghost, mirror = cell + (k + 1) * outward, cell - k * outward
         if kind in (WALL, NO_SLIP):
-            h[ghost], n[ghost] = leaning(h[mirror], (2 * k + 1) * rise), -n[mirror]
+            h[ghost], n[ghost] = depth_at_wall(h[mirror], (2 * k + 1) * rise), -n[mirror]
             t[ghost] = -t[mirror] if kind == NO_SLIP else t[mirror]
         elif kind == OPEN:
             h[ghost], n[ghost], t[ghost] = h[cell], n[cell], t[cell]
@@ -71,6 +78,13 @@ def ghost_row(h: Array, n: Array, t: Array, ghost: int, source: int, count: int,
     """Fill a run of ghosts beyond a side along x with their images, as `ghosts_beyond` without a rise.
 
     AXIS and MIDLINE mirror as a WALL does, EVEN continues as OPEN does.
+
+    Parameters
+    ----------
+    ghost, source : int
+        Index of the first ghost and of its image.
+    count, kind : int
+        Number of ghosts, kind of the side.
     """
     sign_n, sign_t = 1.0 if kind in (OPEN, EVEN) else -1.0, -1.0 if kind == NO_SLIP else 1.0
     for k in range(count):
@@ -102,18 +116,18 @@ def fill_ghosts(
     """
     h, u, v = now
     m, rows = grid.stride, grid.rows
-    kind, depth, lean = sides
+    kind, depth, excess = sides
     for j in range(max(first - GHOSTS, 0), min(last + GHOSTS, rows - 1) + 1):
         filled = spans[0, j] < spans[1, j]
         if kind[0] == DEPTH or (filled and spans[0, j] < 2 * GHOSTS):
             cell = j * m + GHOSTS
             ghosts_beyond(
-                h, u, v, cell, -ONE, kind[0], depth[0], beta_x[cell], -lean[0] * grid.dx / beta_x[cell]
+                h, u, v, cell, -ONE, kind[0], depth[0], beta_x[cell], -excess[0] * grid.dx / beta_x[cell]
             )
         if kind[1] == DEPTH or (filled and spans[1, j] > m - 2 * GHOSTS):
             cell = j * m + m - GHOSTS - 1
             ghosts_beyond(
-                h, u, v, cell, ONE, kind[1], depth[1], beta_x[cell], lean[1] * grid.dx / beta_x[cell]
+                h, u, v, cell, ONE, kind[1], depth[1], beta_x[cell], excess[1] * grid.dx / beta_x[cell]
             )
     for k, row, way in ((2, GHOSTS, -1), (3, rows - GHOSTS - 1, 1)):
         if (k == 2 and first >= 2 * GHOSTS) or (k == 3 and last < rows - 2 * GHOSTS):

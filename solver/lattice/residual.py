@@ -12,60 +12,40 @@ visited: a span of each row, found at the start of the step in `solver.lattice.s
 
 from __future__ import annotations
 
-from typing import NamedTuple
+import math
 
 import numpy as np
 
-from solver.arrays import Array, Indices
+from solver.arrays import Array
 from solver.compiled import ONE, kernel
-from solver.kernels.boundary import account, restrict
+from solver.kernels.boundary import account, boundary_flux
 from solver.kernels.riemann import hll
-from solver.kernels.source_terms import braked, drag_row, loaded
+from solver.kernels.source_terms import acting_depth, update_cell
 from solver.kernels.state import (
     AXIS,
+    BELOW_YIELD,
     EVEN,
     GHOSTS,
-    HELD,
     LANES,
     MIDLINE,
-    SPARE,
+    RETAINED,
     Bed,
-    FaceValues,
     Fields,
     Fluxes,
     Grid,
     Material,
-    Sides,
     Status,
     whole,
 )
+from solver.lattice.arrays import RING, LatticeArrays
 from solver.lattice.ghosts import fill_ghosts
 from solver.lattice.reconstruction import face_values
 from solver.lattice.spans import hull
 from solver.lattice.symmetry import images, mirror_fluxes
 
-# Rows held in the ring of fluxes.
-RING = 4
-
-
-class Buffers(NamedTuple):
-    """Scratch rows, reused by every stage.
-
-    along, across : face values of one row along x, and of two rows along y.
-    x_fluxes, y_fluxes : ring of rows; the face with the index of a cell is the one before it along x, and the
-    one after it along y.
-    keep : ring of rows of the share of its outflow that a cell can afford.
-    """
-
-    along: FaceValues
-    across: FaceValues
-    x_fluxes: Fluxes
-    y_fluxes: Fluxes
-    keep: Array
-
 
 @kernel(unaliased=True)
-def afford(
+def outflow_limits(
     h: Array,
     cell: int,
     count: int,
@@ -76,10 +56,10 @@ def afford(
     north: int,
     dt: float,
     grid: Grid,
-    keep: Array,
+    limiter: Array,
     to: int,
 ) -> bool:
-    """Share of its outflow that each cell of a row can afford in dt (s) without drying out.
+    """Positivity limiter: the share of its outflow that each cell of a row can lose in dt (s).
 
     Parameters
     ----------
@@ -87,13 +67,13 @@ def afford(
         Depth, m.
     x_mass, west, y_mass, south, north
         Mass fluxes (m2 s-1) and the indices of the first cell's faces.
-    keep, to
+    limiter, to
         Filled from index ``to`` on.
 
     Returns
     -------
     bool
-        True if some cell cannot afford all of it.
+        True if some cell cannot lose all of it.
     """
     over_x, over_y = dt / grid.dx, dt / grid.dy
     short = 0
@@ -103,49 +83,86 @@ def afford(
         s, n = y_mass[np.uint64(south) + i], y_mass[np.uint64(north) + i]
         out_x = (e if e > 0.0 else 0.0) - (w if w < 0.0 else 0.0)
         out_y = (n if n > 0.0 else 0.0) - (s if s < 0.0 else 0.0)
-        loss, most = out_x * over_x + out_y * over_y, (1.0 - SPARE) * h[np.uint64(cell) + i]
+        loss, most = out_x * over_x + out_y * over_y, (1.0 - RETAINED) * h[np.uint64(cell) + i]
         short |= 1 if loss > most else 0
     if short == 0:
         return False
     for k in range(count):
         w, e, s, n = x_mass[west + k], x_mass[west + 1 + k], y_mass[south + k], y_mass[north + k]
         loss = (max(e, 0.0) - min(w, 0.0)) * over_x + (max(n, 0.0) - min(s, 0.0)) * over_y
-        most = (1.0 - SPARE) * h[cell + k]
-        keep[to + k] = most / loss if loss > most else 1.0
+        most = (1.0 - RETAINED) * h[cell + k]
+        limiter[to + k] = most / loss if loss > most else 1.0
     return True
 
 
 @kernel()
-def scale(fluxes: Fluxes, at: int, keep: Array, low: int, high: int, count: int) -> None:
-    """Multiply mass and momentum fluxes by the share that the cell they leave can afford; pressure stays.
+def limit_outflow(fluxes: Fluxes, at: int, limiter: Array, low: int, high: int, count: int) -> None:
+    """Multiply mass and momentum fluxes by the share of its outflow that a cell is left; pressure stays.
 
     A face that carries no mass leaves no cell, and keeps the impulse of a wall or of two flows that meet.
+
+    Parameters
+    ----------
+    fluxes, at
+        Fluxes, changed in place, and the index of the first face.
+    limiter, low, high
+        Shares, from `outflow_limits`, and the indices of the first face's cells.
+    count : int
+        Number of faces.
     """
     for k in range(count):
         mass = fluxes.mass[at + k]
-        share = keep[low + k] if mass > 0.0 else (keep[high + k] if mass < 0.0 else 1.0)
+        share = limiter[low + k] if mass > 0.0 else (limiter[high + k] if mass < 0.0 else 1.0)
         fluxes.mass[at + k] *= share
         fluxes.normal[at + k] *= share
         fluxes.tangential[at + k] *= share
 
 
 @kernel()
+def restrict_side(
+    fluxes: Fluxes,
+    at: int,
+    h: Array,
+    n: Array,
+    t: Array,
+    beta: Array,
+    cell: int,
+    count: int,
+    kind: int,
+    outward: float,
+) -> None:
+    """Impose on a run of boundary faces what their side allows, as `solver.kernels.boundary.boundary_flux`.
+
+    Parameters
+    ----------
+    fluxes, at
+        Fluxes, changed in place, and the index of the first boundary face.
+    h, n, t, beta : flat arrays
+        Depth (m), normal and tangential velocity (m s-1), g cos(xi) K (m s-2).
+    cell, count : int
+        Index of the first cell inside, number of faces.
+    kind, outward
+        Kind of the side, and sign of the outward direction along the face normal.
+    """
+    for k in range(count):
+        f, i = at + k, cell + k
+        flux = fluxes.mass[f], fluxes.normal[f], fluxes.tangential[f]
+        fluxes.mass[f], fluxes.normal[f], fluxes.tangential[f] = boundary_flux(
+            flux, kind, outward, h[i], n[i], t[i], math.sqrt(beta[i] * h[i])
+        )
+
+
+@kernel()
 def stage(
+    arrays: LatticeArrays,
     start: Fields,
     now: Fields,
     out: Fields,
-    status: Status,
-    bed: Bed,
-    material: Material,
-    sides: Sides,
-    grid: Grid,
-    spans: Indices,
     first: int,
     last: int,
     part: float,
     share: float,
     dt: float,
-    buffers: Buffers,
     ledger: Array,
 ) -> None:
     """One Runge-Kutta stage over the spans to be stepped.
@@ -154,8 +171,8 @@ def stage(
     ----------
     start, now, out : Fields
         State at the start of the step, of this stage, and to be filled; ``out`` may be ``start``.
-    spans, first, last
-        Cells and rows to be stepped, from `solver.lattice.spans.spread`.
+    first, last : int
+        Rows to be stepped, from `solver.lattice.spans.spread`.
     part : float
         Weight of this stage's result in the convex combination with ``start``.
     share : float
@@ -165,12 +182,13 @@ def stage(
     ledger : (4, 2) array
         Volumes that came in and left through x_min, x_max, y_min, y_max, m3.
     """
-    m, dry = grid.stride, material.dry
+    status, bed, material, sides, grid = arrays.status, arrays.bed, arrays.material, arrays.sides, arrays.grid
+    spans, m, dry = arrays.spans.stepped, grid.stride, material.dry
     # rows of buffers have room for a whole vector more, so that none runs into the next
     room = m + LANES
-    along, across, x_fluxes, y_fluxes, keep = buffers
+    along, across, x_fluxes, y_fluxes, limiter = arrays.buffers
     h, u, v = now
-    beta_x, beta_y, still = status
+    beta_x, beta_y, static = status
     x_mass, y_mass = x_fluxes.mass, y_fluxes.mass
     west, east, low, high = sides.kind[0], sides.kind[1], sides.kind[2], sides.kind[3]
     fill_ghosts(now, beta_x, beta_y, sides, grid, spans, first, last)
@@ -188,7 +206,7 @@ def stage(
                 (j % 2) * room + a,
                 across,
                 ((j + 1) % 2) * room + a,
-                still,
+                static,
                 j * m + a,
                 m,
                 whole(b - a),
@@ -197,9 +215,9 @@ def stage(
                 ring + a,
             )
             if j == GHOSTS - 1:
-                restrict(y_fluxes, ring + a, h, v, u, beta_y, (j + 1) * m + a, b - a, low, -1.0)
+                restrict_side(y_fluxes, ring + a, h, v, u, beta_y, (j + 1) * m + a, b - a, low, -1.0)
             if j == grid.rows - GHOSTS - 1:
-                restrict(y_fluxes, ring + a, h, v, u, beta_y, j * m + a, b - a, high, 1.0)
+                restrict_side(y_fluxes, ring + a, h, v, u, beta_y, j * m + a, b - a, high, 1.0)
         short = False
         a, b = spans[0, j], spans[1, j]
         if a < b:
@@ -209,7 +227,7 @@ def stage(
                 a - 1,
                 along,
                 a,
-                still,
+                static,
                 j * m + a - 1,
                 ONE,
                 whole(b - a + 1),
@@ -218,10 +236,10 @@ def stage(
                 ring + a,
             )
             if a == GHOSTS:
-                restrict(x_fluxes, ring + a, h, u, v, beta_x, j * m + a, ONE, west, -1.0)
+                restrict_side(x_fluxes, ring + a, h, u, v, beta_x, j * m + a, ONE, west, -1.0)
             if b == m - GHOSTS:
-                restrict(x_fluxes, ring + b, h, u, v, beta_x, j * m + b - 1, ONE, east, 1.0)
-            short = afford(
+                restrict_side(x_fluxes, ring + b, h, u, v, beta_x, j * m + b - 1, ONE, east, 1.0)
+            short = outflow_limits(
                 h,
                 j * m + a,
                 b - a,
@@ -232,26 +250,26 @@ def stage(
                 ring + a,
                 dt,
                 grid,
-                keep,
+                limiter,
                 ring + a,
             )
             if not short:
-                keep[ring + a : ring + b] = 1.0
+                limiter[ring + a : ring + b] = 1.0
             else:
                 # beyond the ends of a span faces are closed or on the boundary
-                keep[ring + a - 1] = keep[ring + b] = 1.0
-                scale(x_fluxes, ring + a, keep, ring + a - 1, ring + a, b - a + 1)
+                limiter[ring + a - 1] = limiter[ring + b] = 1.0
+                limit_outflow(x_fluxes, ring + a, limiter, ring + a - 1, ring + a, b - a + 1)
             if a == GHOSTS:
-                account(x_mass, ring + a, ONE, -1.0, images(sides, j) * share * dt * grid.dy, ledger[0])
+                account(images(sides, j) * share * dt * grid.dy * -x_mass[ring + a], 0, ledger)
             if b == m - GHOSTS:
-                account(x_mass, ring + b, ONE, 1.0, images(sides, j) * share * dt * grid.dy, ledger[1])
+                account(images(sides, j) * share * dt * grid.dy * x_mass[ring + b], 1, ledger)
         if short or short_before:
             a, b = hull(spans, j - 1, j)
             for row in (j - 1, j):
                 lo, hi = (spans[0, row], spans[1, row]) if spans[0, row] < spans[1, row] else (b, b)
-                keep[(row % RING) * room + a : (row % RING) * room + lo] = 1.0
-                keep[(row % RING) * room + hi : (row % RING) * room + b] = 1.0
-            scale(y_fluxes, below + a, keep, below + a, ring + a, b - a)
+                limiter[(row % RING) * room + a : (row % RING) * room + lo] = 1.0
+                limiter[(row % RING) * room + hi : (row % RING) * room + b] = 1.0
+            limit_outflow(y_fluxes, below + a, limiter, below + a, ring + a, b - a)
         short_before = short
         row = j - 1
         a, b = spans[0, row], spans[1, row]
@@ -279,12 +297,12 @@ def stage(
             dt,
             grid,
         )
-        if material.drag > 0.0:
-            drag_row(out, row * m + a, b - a, part * dt * material.drag)
         if row == GHOSTS and low not in (AXIS, MIDLINE):
-            account(y_mass, south, b - a, -1.0, share * dt * grid.dx, ledger[2])
+            for k in range(south, south + b - a):
+                account(share * dt * grid.dx * -y_mass[k], 2, ledger)
         if row == grid.rows - GHOSTS - 1:
-            account(y_mass, below + a, b - a, 1.0, images(sides, row) * share * dt * grid.dx, ledger[3])
+            for k in range(below + a, below + b):
+                account(images(sides, row) * share * dt * grid.dx * y_mass[k], 3, ledger)
 
 
 @kernel()
@@ -307,12 +325,7 @@ def update_row(
     dt: float,
     grid: Grid,
 ) -> None:
-    """Update a run of cells: ``U = U_0 + part (U_1 - U_0 + dt L(U_1))``, then friction over ``part dt``.
-
-    The convex combination comes first, then friction as a force of at most
-    ``h tan(delta) max(0, g cos xi + kappa u^2)`` against the motion, so that it stops a cell exactly. It acts
-    on the depth that gravity acts on: with the new depth instead, a front would feel friction before gravity
-    and lag.
+    """Update a run of cells, as `solver.kernels.source_terms.update_cell` does one.
 
     Parameters
     ----------
@@ -324,29 +337,30 @@ def update_row(
         Fluxes and the indices of the first cell's faces.
     """
     over_x, over_y = 1.0 / grid.dx, 1.0 / grid.dy
-    dry, braking = material.dry, part * dt * material.tangent
     one = np.uint64(1)
     for k in range(count):
         k_ = np.uint64(k)
         i, c = np.uint64(cell) + k_, np.uint64(column) + k_
         w, s, n = np.uint64(west) + k_, np.uint64(south) + k_, np.uint64(north) + k_
         e = w + one
-        h_0, h_1 = start.h[i], now.h[i]
+        h = now.h[i]
         gain = (x_fluxes.mass[w] - x_fluxes.mass[e]) * over_x + (y_fluxes.mass[s] - y_fluxes.mass[n]) * over_y
         gain_u = (x_fluxes.normal[w] - x_fluxes.normal[e]) * over_x
         gain_u += (y_fluxes.tangential[s] - y_fluxes.tangential[n]) * over_y
-        free = 0.0 if status.still[i] == HELD else 1.0
-        load = loaded(h_1, h_1 + dt * gain)
-        drive_u = (
-            status.beta_x[i] * (x_fluxes.pressure[w] - x_fluxes.pressure[e]) * over_x + bed.along[c] * load
-        )
-        gain_u += free * drive_u
         gain_v = (x_fluxes.tangential[w] - x_fluxes.tangential[e]) * over_x
         gain_v += (y_fluxes.normal[s] - y_fluxes.normal[n]) * over_y
-        gain_v += free * (status.beta_y[i] * (y_fluxes.pressure[s] - y_fluxes.pressure[n]) * over_y)
-        hu, hv = h_0 * start.u[i], h_0 * start.v[i]
-        h = h_0 + part * ((h_1 - h_0) + dt * gain)
-        hu += part * ((h_1 * now.u[i] - hu) + dt * gain_u)
-        hv += part * ((h_1 * now.v[i] - hv) + dt * gain_v)
-        per_depth = braked(hu, hv, h, now.u[i], load, bed.normal[c], bed.curvature[c], braking, dry)
-        out.h[i], out.u[i], out.v[i] = h, hu * per_depth, hv * per_depth
+        free = 0.0 if status.static[i] == BELOW_YIELD else 1.0
+        load = acting_depth(h, h + dt * gain)
+        push_x = status.beta_x[i] * (x_fluxes.pressure[w] - x_fluxes.pressure[e]) * over_x
+        push_y = status.beta_y[i] * (y_fluxes.pressure[s] - y_fluxes.pressure[n]) * over_y
+        out.h[i], out.u[i], out.v[i] = update_cell(
+            (start.h[i], start.u[i], start.v[i]),
+            (h, now.u[i], now.v[i]),
+            (gain, gain_u, gain_v),
+            (free * (push_x + bed.along[c] * load), free * push_y),
+            (bed.normal[c], bed.curvature[c]),
+            load,
+            part,
+            dt,
+            material,
+        )

@@ -25,7 +25,8 @@ from solver.kernels.state import (
     Sides,
     Status,
 )
-from solver.lattice.residual import RING, Buffers, stage
+from solver.lattice.arrays import RING, Buffers, LatticeArrays
+from solver.lattice.residual import stage
 from solver.lattice.spans import Spans
 from solver.lattice.status import classify
 from solver.lattice.time_stepping import advance, record_maxima
@@ -115,7 +116,7 @@ class LatticeRun(Run):
         self.window_sides = Sides(
             np.where(self.inner, OPEN, self.part.sides(self.sides.kind)),
             np.where(self.inner, 0.0, self.sides.depth),
-            np.where(self.inner, 0.0, self.sides.lean),
+            np.where(self.inner, 0.0, self.sides.excess),
         )
         columns = np.arange(window.west - GHOSTS, window.east + GHOSTS).clip(window.west, window.east - 1)
         self.bed = Bed(*(values[columns] for values in self.columns))
@@ -181,44 +182,44 @@ class LatticeRun(Run):
             inside[0] < inside[1], inside + right, 0
         )
 
+    @property
+    def arrays(self) -> LatticeArrays:
+        """What the kernels read and write."""
+        return LatticeArrays(
+            now=self.now,
+            first_stage=self.stages[0],
+            second_stage=self.stages[1],
+            status=self.status,
+            bed=self.bed,
+            material=self.material,
+            sides=self.window_sides,
+            grid=self.grid,
+            spans=self.spans,
+            inner=self.inner,
+            buffers=self.buffers,
+            record=self.record,
+        )
+
     def _advance(self, target: float, max_steps: int) -> int:
-        outcome = runge_kutta.GROW
+        limits, outcome = self.limits(target, max_steps), runge_kutta.GROW
         while outcome == runge_kutta.GROW:
-            outcome = int(
-                advance(
-                    self.now,
-                    *self.stages,
-                    self.status,
-                    self.bed,
-                    self.material,
-                    self.window_sides,
-                    self.grid,
-                    self.spans,
-                    self.inner,
-                    self.buffers,
-                    runge_kutta.SSP_RK3,
-                    self.scene.scheme.cfl,
-                    target,
-                    self.shortest_step,
-                    max_steps,
-                    self.rest_volume,
-                    self.arrival_depth,
-                    self.record,
-                    self.progress,
-                )
-            )
+            outcome = self._step(limits)
             if outcome == runge_kutta.GROW:
                 self._grow()
         return outcome
 
-    def rehearse(self, piece: int) -> None:
+    def _step(self, limits: runge_kutta.Limits) -> int:
+        """Step until a limit or a side of the window is come to."""
+        return int(advance(self.arrays, limits, self.progress))
+
+    def warm_up(self, piece: int) -> None:
         """Classify the cells, or take a stage of no length."""
-        before = self.now, self.status, self.bed, self.material, self.window_sides, self.grid
         if piece == 0:
-            classify(*before, self.spans)
+            about = self.status, self.bed, self.material, self.window_sides, self.grid
+            classify(self.now, *about, self.spans)
             return
-        steps = self.spans.stepped, GHOSTS, GHOSTS, 1.0, 1.0, 0.0
-        stage(self.now, self.now, self.stages[0], *before[1:], *steps, self.buffers, self.progress.ledger)
+        states = self.now, self.now, self.stages[0]
+        stage(self.arrays, *states, GHOSTS, GHOSTS, 1.0, 1.0, 0.0, self.progress.ledger)
 
     @property
     def carried(self) -> dict[str, NDArray[Any]]:

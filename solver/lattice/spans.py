@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from solver.arrays import Array, Indices
 from solver.compiled import kernel
+from solver.kernels.runge_kutta import less_moving
 from solver.kernels.state import DEPTH, GHOSTS, LANES, Fields, Grid, Sides
 from solver.lattice.symmetry import images
 
@@ -16,7 +17,10 @@ from solver.lattice.symmetry import images
 class Spans(NamedTuple):
     """Half-open column ranges of each padded row, shape (2, ny + 4): of wet, of moving, of stepped cells.
 
-    rate : (nx + 4,) array, largest wave rate of each column in this step, s-1.
+    Attributes
+    ----------
+    rate
+        (nx + 4,) array, largest wave rate of each column in this step, s-1.
     """
 
     wet: Indices
@@ -27,7 +31,7 @@ class Spans(NamedTuple):
 
 @kernel()
 def hull(spans: Indices, first: int, last: int) -> tuple[int, int]:
-    """Smallest range that covers the spans of rows ``first`` to ``last``; (0, 0) if all are empty."""
+    """Smallest range that covers spans (2, rows) of rows ``first`` to ``last``; (0, 0) if all are empty."""
     lo, hi = 1 << 60, 0
     for j in range(max(first, 0), min(last, spans.shape[1] - 1) + 1):
         if spans[0, j] < spans[1, j]:
@@ -36,7 +40,7 @@ def hull(spans: Indices, first: int, last: int) -> tuple[int, int]:
 
 
 @kernel()
-def spread(spans: Spans, still: Array, sides: Sides, grid: Grid) -> tuple[int, int, int]:
+def spread(spans: Spans, static: Array, sides: Sides, grid: Grid) -> tuple[int, int, int]:
     """Set the spans to be stepped: moving cells and their neighbours, within the domain, in whole vectors.
 
     Returns
@@ -51,9 +55,9 @@ def spread(spans: Spans, still: Array, sides: Sides, grid: Grid) -> tuple[int, i
         if spans.moving[0, j] < spans.moving[1, j]:
             lo, hi = spans.moving[0, j] - 1, spans.moving[1, j] + 1
         # a given depth may drive what is beside it
-        if sides.kind[0] == DEPTH and still[j * m + g - 1] == 0.0:
+        if sides.kind[0] == DEPTH and static[j * m + g - 1] == 0.0:
             lo, hi = g, max(hi, g + 1)
-        if sides.kind[1] == DEPTH and still[j * m + m - g] == 0.0:
+        if sides.kind[1] == DEPTH and static[j * m + m - g] == 0.0:
             lo, hi = min(lo, m - g - 1), m - g
         for k in (j - 1, j + 1):
             if g <= k < grid.rows - g:
@@ -61,7 +65,7 @@ def spread(spans: Spans, still: Array, sides: Sides, grid: Grid) -> tuple[int, i
                     lo, hi = min(lo, spans.moving[0, k]), max(hi, spans.moving[1, k])
             elif sides.kind[2 if k < g else 3] == DEPTH:
                 for i in range(g, m - g):
-                    if still[k * m + i] == 0.0:
+                    if static[k * m + i] == 0.0:
                         lo, hi = min(lo, i), max(hi, i + 1)
         lo, hi = max(lo, g), min(hi, m - g)
         width = -(-(hi - lo) // LANES) * LANES
@@ -92,28 +96,30 @@ def comes_to(spans: Indices, grid: Grid, sides: NDArray[np.bool_], first: int, l
 
 @kernel()
 def moving_volume_exceeds(
-    now: Fields, still: Array, spans: Spans, sides: Sides, grid: Grid, volume: float, started: bool
+    now: Fields, static: Array, spans: Spans, sides: Sides, grid: Grid, volume: float, started: bool
 ) -> bool:
-    """Whether cells that are not still hold more than a volume, m3, or a given depth drives a side.
+    """Whether cells that are not static hold more than a volume, m3, or a given depth drives a side.
 
-    Once a run has started, one of them has to move: what a step leaves all at rest is left so by the next,
-    even where a single face is steeper than friction holds.
+    Parameters
+    ----------
+    volume
+        The volume, m3.
+    started
+        Whether the run has taken a step, after which one of the cells has to move.
     """
     m, depth, moves = grid.stride, volume / (grid.dx * grid.dy), not started
     for j in range(GHOSTS, grid.rows - GHOSTS):
         both = images(sides, j)
         for i in range(j * m + spans.moving[0, j], j * m + spans.moving[1, j]):
-            if still[i] == 0.0:
-                depth -= both * now.h[i]
-                moves |= (now.u[i] != 0.0) | (now.v[i] != 0.0)
-                if moves and depth < 0.0:
-                    return True
+            depth, moves = less_moving(depth, moves, static[i], both * now.h[i], now.u[i], now.v[i])
+            if moves and depth < 0.0:
+                return True
         for k, ghost in ((0, GHOSTS - 1), (1, m - GHOSTS)):
-            if sides.kind[k] == DEPTH and still[j * m + ghost] == 0.0:
+            if sides.kind[k] == DEPTH and static[j * m + ghost] == 0.0:
                 return True
     for k, ghost in ((2, GHOSTS - 1), (3, grid.rows - GHOSTS)):
         for i in range(GHOSTS, m - GHOSTS):
-            if sides.kind[k] == DEPTH and still[ghost * m + i] == 0.0:
+            if sides.kind[k] == DEPTH and static[ghost * m + i] == 0.0:
                 return True
     return False
 

@@ -1,4 +1,4 @@
-"""Which cells take part in a step: what is dry, what friction holds, what its neighbours can reach."""
+"""Which cells take part in a step: what is dry, what is below yield, what its neighbours can reach."""
 
 from __future__ import annotations
 
@@ -8,13 +8,15 @@ import numpy as np
 
 from solver.arrays import Array
 from solver.compiled import ONE, kernel
+from solver.kernels.boundary import status_at_depth
+from solver.kernels.earth_pressure import earth_pressure
+from solver.kernels.source_terms import below_yield
 from solver.kernels.state import (
     AXIS,
+    BELOW_YIELD,
     DEPTH,
     DRY,
     GHOSTS,
-    HELD,
-    HOLDS,
     Bed,
     Fields,
     Grid,
@@ -38,17 +40,22 @@ def classify_run(
     column: int,
     count: int,
 ) -> None:
-    """Set earth pressure and stillness of a run of cells, and raise the wave rate of their columns.
+    """Set earth pressure and status of a run of cells, and raise the wave rate of their columns.
 
-    A cell is still if it is dry, or at rest with ``|(beta_x h_x - g sin xi, beta_y h_y)|`` at most
+    A cell is static if it is dry, or at rest with ``|(beta_x h_x - g sin xi, beta_y h_y)|`` at most
     ``g cos xi tan delta`` at each of its faces: were it asked of the whole cell alone, a spike one cell wide
-    would hold. A dry neighbour has no velocity of its own and does not make a velocity gradient.
+    would stand. A dry neighbour has no velocity of its own and does not make a velocity gradient.
+
+    Parameters
+    ----------
+    rate : (nx + 4,) array
+        Largest wave rate of each column, s-1, raised in place.
+    cell, column, count : int
+        Index of the first cell, its column, number of cells.
     """
-    x_a, x_p, y_aa, y_ap, y_pa, y_pp = material.pressure
     h, u, v = now
     dry, one, row = material.dry, np.uint64(1), np.uint64(grid.stride)
     over_x, over_y = 1.0 / grid.dx, 1.0 / grid.dy
-    limit_per_load = material.tangent * HOLDS
     for k in range(count):
         i, c = np.uint64(cell) + np.uint64(k), np.uint64(column) + np.uint64(k)
         w, e, s, n = i - one, i + one, i - row, i + row
@@ -57,24 +64,21 @@ def classify_run(
         u_i, u_e, u_w, v_i, v_n, v_s = u[i], u[e], u[w], v[i], v[n], v[s]
         u_e, u_w = u_e if h[e] > dry else u_i, u_w if h[w] > dry else u_i
         v_n, v_s = v_n if h[n] > dry else v_i, v_s if h[s] > dry else v_i
-        extends_x, extends_y = (u_e >= u_w) | (not wet), (v_n >= v_s) | (not wet)
-        k_x = x_a if extends_x else x_p
-        k_active, k_passive = y_aa if extends_y else y_ap, y_pa if extends_y else y_pp
-        b_x, b_y = bed.normal[c] * k_x, bed.normal[c] * (k_active if extends_x else k_passive)
+        u_x, v_y = (u_e - u_w) * (0.5 * over_x), (v_n - v_s) * (0.5 * over_y)
+        b_x, b_y = earth_pressure(u_x, v_y, 0.0, h[i], bed.normal[c], material)
         status.beta_x[i], status.beta_y[i] = b_x, b_y
         # the slope at each face, with that of the whole cell in the other direction
         pull = bed.along[c]
         back_x, forth_x = b_x * (h[i] - h[w]) * over_x - pull, b_x * (h[e] - h[i]) * over_x - pull
         back_y, forth_y = b_y * (h[i] - h[s]) * over_y, b_y * (h[n] - h[i]) * over_y
         mean_x, mean_y = 0.5 * (back_x + forth_x), 0.5 * (back_y + forth_y)
-        steep_x = back_x * back_x if abs(back_x) > abs(forth_x) else forth_x * forth_x
-        steep_y = back_y * back_y if abs(back_y) > abs(forth_y) else forth_y * forth_y
-        limit = bed.normal[c] * limit_per_load
-        limit *= limit
-        square = u[i] * u[i] + v[i] * v[i]
-        held = (steep_x + mean_y * mean_y <= limit) & (mean_x * mean_x + steep_y <= limit) & (square == 0.0)
-        stopped = HELD if held else 0.0
-        status.still[i] = stopped if wet else DRY
+        steep_x = back_x if abs(back_x) > abs(forth_x) else forth_x
+        steep_y = back_y if abs(back_y) > abs(forth_y) else forth_y
+        rests = u[i] * u[i] + v[i] * v[i] == 0.0
+        rests &= below_yield(steep_x, mean_y, bed.normal[c], material)
+        rests &= below_yield(mean_x, steep_y, bed.normal[c], material)
+        static = BELOW_YIELD if rests else 0.0
+        status.static[i] = static if wet else DRY
         this = (abs(u[i]) + math.sqrt(b_x * h[i])) * over_x + (abs(v[i]) + math.sqrt(b_y * h[i])) * over_y
         this = this if wet else 0.0
         rate[c] = this if this > rate[c] else rate[c]
@@ -91,7 +95,7 @@ def classify(
     float
         Largest ``(|u| + c_x)/dx + (|v| + c_y)/dy`` of a wet cell, or what gravity needs there, s-1.
     """
-    m, still = grid.stride, status.still
+    m, static = grid.stride, status.static
     south, north = GHOSTS * ONE, grid.rows - GHOSTS - 1
     fill_ghosts(now, status.beta_x, status.beta_y, sides, grid, spans.wet, south, north)
     spans.rate[:] = 0.0
@@ -116,9 +120,9 @@ def classify(
         # an empty span is written in one way, whatever it was trimmed from
         lo, hi = (lo, hi) if lo < hi else (0, 0)
         spans.wet[0, j], spans.wet[1, j] = lo, hi
-        while lo < hi and still[j * m + lo] != 0.0:
+        while lo < hi and static[j * m + lo] != 0.0:
             lo += 1
-        while lo < hi and still[j * m + hi - 1] != 0.0:
+        while lo < hi and static[j * m + hi - 1] != 0.0:
             hi -= 1
         spans.moving[0, j], spans.moving[1, j] = (lo, hi) if lo < hi else (0, 0)
     rate: float = driven_rate(now.h, status, bed, material, sides, grid)
@@ -130,11 +134,11 @@ def classify(
 
 @kernel(unaliased=True)
 def copy_status(status: Status, ghost: int, source: int, count: int) -> None:
-    """Give a run of ghosts the status of their images."""
+    """Give a run of ghosts, from index ``ghost`` on, the status of their images, from index ``source`` on."""
     for k in range(count):
         g, i = np.uint64(ghost) + np.uint64(k), np.uint64(source) + np.uint64(k)
         status.beta_x[g], status.beta_y[g] = status.beta_x[i], status.beta_y[i]
-        status.still[g] = status.still[i]
+        status.static[g] = status.static[i]
 
 
 @kernel()
@@ -154,13 +158,11 @@ def driven_rate(h: Array, status: Status, bed: Bed, material: Material, sides: S
             copy_status(status, ghost, cell, ONE)
             beta = status.beta_x[cell] if along_x else status.beta_y[cell]
             d, pull = (grid.dx, step * bed.along[column]) if along_x else (grid.dy, 0.0)
-            hold = bed.normal[column] * material.tangent * HOLDS
             if h[ghost] <= material.dry:
                 continue
-            # friction holds it where it does not drive, also where the cell is dry
-            if status.still[ghost] == DRY:
-                status.still[ghost] = HELD
-            if abs(beta * (h[ghost] - h[cell]) / d - pull) > hold:
-                status.still[ghost] = 0.0
-                rate = max(rate, 2.0 * math.sqrt(beta * h[ghost]) / d)
+            drive = beta * (h[ghost] - h[cell]) / d - pull
+            status.static[ghost], speed = status_at_depth(
+                status.static[ghost], h[ghost], drive, beta, bed.normal[column], material
+            )
+            rate = max(rate, speed / d)
     return rate

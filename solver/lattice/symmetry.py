@@ -16,7 +16,7 @@ def images(sides: Sides, row: int) -> float:
 
 @kernel()
 def mirror_fluxes(fluxes: Fluxes, at: int, source: int, count: int) -> None:
-    """Give the faces below the cells of an axis the mirror images of the fluxes above."""
+    """Give faces below the cells of an axis, from index ``at`` on, the mirror images of the fluxes above."""
     for k in range(count):
         fluxes.mass[at + k], fluxes.normal[at + k] = -fluxes.mass[source + k], fluxes.normal[source + k]
         fluxes.tangential[at + k] = -fluxes.tangential[source + k]

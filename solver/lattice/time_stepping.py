@@ -1,37 +1,45 @@
-"""SSP Runge-Kutta steps (eq. 14) of adaptive length, and the record of maxima."""
+"""The parts of a time step on a lattice, and the record of maxima."""
 
 from __future__ import annotations
 
 import math
-
-import numpy as np
-from numpy.typing import NDArray
 
 from solver.arrays import Indices
 from solver.compiled import kernel
 from solver.kernels.record import Record, record_run
 from solver.kernels.runge_kutta import (
     AT_REST,
-    COLLAPSED,
+    CONTINUE,
     GROW,
     NOT_FINITE,
-    OUT_OF_STEPS,
-    REACHED,
+    SSP_RK3,
+    Limits,
     Progress,
-    share_of_step,
-    step_length,
+    march,
 )
-from solver.kernels.state import GHOSTS, Bed, Fields, Grid, Material, Sides, Status
-from solver.lattice.residual import Buffers, stage
-from solver.lattice.spans import Spans, comes_to, copy_surroundings, moving_volume_exceeds, spread
+from solver.kernels.state import GHOSTS, Fields, Grid
+from solver.lattice.arrays import LatticeArrays
+from solver.lattice.residual import stage
+from solver.lattice.spans import comes_to, copy_surroundings, moving_volume_exceeds, spread
 from solver.lattice.status import classify
+
+# First and last row to be stepped, and number of cells.
+Rows = tuple[int, int, int]
 
 
 @kernel(fastmath=False)
 def record_maxima(
     now: Fields, spans: Indices, grid: Grid, dry: float, threshold: float, record: Record, progress: Progress
 ) -> bool:
-    """Update the maxima within the given spans (2, ny + 4); on a value that is not finite, note its place."""
+    """Update the maxima within spans; say whether all values are finite, or note the place of one.
+
+    Parameters
+    ----------
+    spans : (2, ny + 4) array
+        Half-open column ranges of each padded row.
+    dry, threshold : float
+        Depths up to which a cell counts as dry and as not reached, m.
+    """
     m, g, time = grid.stride, GHOSTS, progress.time[0]
     for j in range(g, grid.rows - g):
         a, b = spans[0, j], spans[1, j]
@@ -47,78 +55,55 @@ def record_maxima(
 
 
 @kernel()
-def advance(
-    now: Fields,
-    first_stage: Fields,
-    second_stage: Fields,
-    status: Status,
-    bed: Bed,
-    material: Material,
-    sides: Sides,
-    grid: Grid,
-    spans: Spans,
-    inner: NDArray[np.bool_],
-    buffers: Buffers,
-    parts: tuple[float, ...],
-    cfl: float,
-    target: float,
-    shortest: float,
-    max_steps: int,
-    rest_volume: float,
-    threshold: float,
-    record: Record,
-    progress: Progress,
-) -> int:
-    """Step until ``target`` (s) or until at most ``rest_volume`` (m3) moves; return why it stopped.
+def begin_step(arrays: LatticeArrays, limits: Limits, progress: Progress) -> tuple[int, float, Rows]:
+    """Find what is to be stepped, whether anything moves, and the largest wave rate, s-1."""
+    now, status, sides, grid, spans = arrays.now, arrays.status, arrays.sides, arrays.grid, arrays.spans
+    rate = classify(now, status, arrays.bed, arrays.material, sides, grid, spans)
+    rows = spread(spans, status.static, sides, grid)
+    first, last, started = rows[0], rows[1], progress.steps[0] > 0
+    outcome = CONTINUE
+    if first > last or not moving_volume_exceeds(
+        now, status.static, spans, sides, grid, limits.rest_volume, started
+    ):
+        outcome = AT_REST
+    elif comes_to(spans.stepped, grid, arrays.inner, first, last):
+        outcome = GROW
+    return outcome, rate, rows
 
-    inner : (4,) array, whether a side is inside the lattice: what comes to it stops the run before the step.
-    shortest : a step below it counts as collapsed, s.
-    """
-    stages = len(parts)
-    while progress.time[0] < target:
-        # before anything is touched, so that the run can go on from here as if it had not stopped
-        if progress.steps[0] >= max_steps:
-            return OUT_OF_STEPS
-        rate = classify(now, status, bed, material, sides, grid, spans)
-        first, last, cells = spread(spans, status.still, sides, grid)
-        started = progress.steps[0] > 0
-        if first > last or not moving_volume_exceeds(
-            now, status.still, spans, sides, grid, rest_volume, started
-        ):
-            return AT_REST
-        if comes_to(spans.stepped, grid, inner, first, last):
-            return GROW
-        remaining = target - progress.time[0]
-        dt = step_length(rate, cfl, remaining, shortest)
-        if dt == 0.0:
-            return COLLAPSED
-        copy_surroundings(now, first_stage, spans.stepped, grid, first, last)
-        copy_surroundings(now, second_stage, spans.stepped, grid, first, last)
-        source = now
-        for k in range(stages):
-            out = now if k == stages - 1 else (first_stage if k % 2 == 0 else second_stage)
-            stage(
-                now,
-                source,
-                out,
-                status,
-                bed,
-                material,
-                sides,
-                grid,
-                spans.stepped,
-                first,
-                last,
-                parts[k],
-                share_of_step(parts, k),
-                dt,
-                buffers,
-                progress.ledger,
-            )
-            source = out
-        progress.time[0] = target if dt == remaining else progress.time[0] + dt
-        progress.steps[0] += 1
-        progress.cell_stages[0] += stages * cells
-        if not record_maxima(now, spans.stepped, grid, material.dry, threshold, record, progress):
-            return NOT_FINITE
-    return REACHED
+
+@kernel()
+def take_stage(
+    arrays: LatticeArrays, rows: Rows, k: int, part: float, share: float, dt: float, progress: Progress
+) -> Rows:
+    """Take the k-th stage."""
+    now, one, two = arrays.now, arrays.first_stage, arrays.second_stage
+    first, last, cells = rows
+    if k == 0:
+        copy_surroundings(now, one, arrays.spans.stepped, arrays.grid, first, last)
+        copy_surroundings(now, two, arrays.spans.stepped, arrays.grid, first, last)
+    source = now if k == 0 else (one if k % 2 == 1 else two)
+    out = now if k == len(SSP_RK3) - 1 else (one if k % 2 == 0 else two)
+    stage(arrays, now, source, out, first, last, part, share, dt, progress.ledger)
+    progress.cell_stages[0] += cells
+    return rows
+
+
+@kernel()
+def end_step(arrays: LatticeArrays, limits: Limits, progress: Progress) -> int:
+    """Record the maxima, and look for values that are not finite."""
+    finite = record_maxima(
+        arrays.now,
+        arrays.spans.stepped,
+        arrays.grid,
+        arrays.material.dry,
+        limits.arrival_depth,
+        arrays.record,
+        progress,
+    )
+    return CONTINUE if finite else NOT_FINITE
+
+
+@kernel()
+def advance(arrays: LatticeArrays, limits: Limits, progress: Progress) -> int:
+    """Step until a limit; return which."""
+    return int(march(arrays, begin_step, take_stage, end_step, limits, progress))

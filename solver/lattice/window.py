@@ -48,8 +48,11 @@ class Window(NamedTuple):
 class Part:
     """What has to be computed of a lattice of a shape (ny, nx).
 
-    kind : the whole; the half of larger y of a scene that is its own mirror image across the slope; one row
-    of a scene that does not vary across the slope.
+    Attributes
+    ----------
+    kind
+        The whole; the half of larger y of a scene that is its own mirror image across the slope; one row of a
+        scene that does not vary across the slope.
     """
 
     shape: tuple[int, int]

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable
 from functools import cached_property
 from itertools import pairwise
-from typing import Literal, Protocol
+from typing import ClassVar, Literal, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+from solver.parameters import Checked, Parameter, ParameterError, parameter, parametric, shared
 
 Array = NDArray[np.float64]
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
@@ -42,7 +43,7 @@ def integrate(function: Callable[[Array], Array], start: ArrayLike, stop: ArrayL
     return np.asarray(half * (function(nodes) @ _WEIGHTS))
 
 
-class SlopeProfile:
+class SlopeProfile(Checked):
     """Base of beds that are the same at every y; x is arc length along the bed, m.
 
     A subclass gives ``_inclination(x)`` and ``_bend(x)`` (its kappa), and ``_breaks``, the places between
@@ -93,20 +94,27 @@ class SlopeProfile:
         return total
 
 
-@dataclass(frozen=True)
+INCLINATION = Parameter(meaning="inclination, positive downslope", unit="degrees", above=-90, below=90)
+CURVATURE = Parameter(
+    meaning="whether bed curvature adds to the normal load in the friction",
+    key="curvature",
+    advice="Leave it on; eqs. 4-5 are printed without it.",
+)
+
+
+@parametric
 class Plane(SlopeProfile):
-    """A plane inclined by ``angle``, degrees.
+    """A plane slope.
 
     Raises
     ------
-    ValueError
+    ParameterError
         If the angle is not between -90 and 90.
     """
 
-    angle: float
+    advice: ClassVar[str] = "tests and exact solutions"
 
-    def __post_init__(self) -> None:
-        _check_angles(self.angle)
+    angle: float = shared(INCLINATION)
 
     def _inclination(self, x: Array) -> Array:
         return np.full(x.shape, np.radians(self.angle))
@@ -115,9 +123,9 @@ class Plane(SlopeProfile):
         return np.zeros(x.shape)
 
 
-@dataclass(frozen=True)
+@parametric
 class Bend(SlopeProfile):
-    """A slope of ``angle`` that bends into one of ``runout_angle`` (degrees) from ``start`` to ``end`` (m).
+    """A slope that bends into a run-out.
 
     With r = (x - start)/(end - start) the inclination falls as r (linear; Wang, Hutter & Pudasaini 2004) or
     as r^2 (quadratic; eq. 26 as printed).
@@ -125,23 +133,28 @@ class Bend(SlopeProfile):
 
     Raises
     ------
-    ValueError
+    ParameterError
         If an angle is not between -90 and 90, ``start`` is not below ``end``, or the transition is unknown.
     """
 
-    angle: float
-    start: float
-    end: float
-    runout_angle: float = 0.0
-    transition: Literal["linear", "quadratic"] = "linear"
-    with_curvature: bool = True
+    advice: ClassVar[str] = "laboratory chutes"
+
+    angle: float = shared(INCLINATION, meaning="inclination above the bend")
+    start: float = parameter("where the bend begins", "m")
+    end: float = parameter("where the bend ends, above `start`", "m")
+    runout_angle: float = shared(INCLINATION, meaning="inclination below the bend", default=0.0)
+    transition: Literal["linear", "quadratic"] = parameter(
+        "law of the inclination in the bend",
+        default="linear",
+        choices={"linear": "constant curvature", "quadratic": "eq. 26 as printed"},
+    )
+    with_curvature: bool = shared(CURVATURE, default=True)
 
     def __post_init__(self) -> None:
-        _check_angles(self.angle, self.runout_angle)
-        if not (np.isfinite([self.start, self.end]).all() and self.start < self.end):
-            raise ValueError("a bend must start before it ends")
-        if self.transition not in ("linear", "quadratic"):
-            raise ValueError(f"unknown transition {self.transition!r}")
+        super().__post_init__()
+        if not self.start < self.end:
+            found = f"expected a number above start ({self.start:g}), found {self.end:g}"
+            raise ParameterError(found, "end", "start")
 
     @property
     def _breaks(self) -> tuple[float, ...]:  # type: ignore[override]
@@ -162,40 +175,51 @@ class Bend(SlopeProfile):
         return np.asarray(inside * rate * self._power * r ** (self._power - 1))
 
 
-@dataclass(frozen=True)
-class Segments(SlopeProfile):
-    """Straight segments; over each joint the inclination passes linearly from one to the next.
+@parametric
+class Segment(Checked):
+    """One straight piece of a slope of segments."""
 
-    Parameters
-    ----------
-    starts, angles : sequence of float
-        Where each segment begins, m, and its inclination, degrees, from top to bottom; the first also holds
-        above its start.
-    joint : float
-        Length of a joint, centred on the start of each later segment, m.
+    start: float = parameter("where the segment begins", "m")
+    angle: float = shared(INCLINATION, meaning="inclination of the segment")
+
+
+@parametric
+class Segments(SlopeProfile):
+    """A slope of straight segments, the inclination linear over each joint.
 
     Raises
     ------
-    ValueError
-        If there is no segment, lengths differ, an angle is not between -90 and 90, or joints overlap.
+    ParameterError
+        If there is no segment, an angle is not between -90 and 90, or joints overlap.
     """
 
-    starts: Sequence[float]
-    angles: Sequence[float]
-    joint: float
-    with_curvature: bool = True
+    advice: ClassVar[str] = "slopes known by a few breaks; a joint should span several points"
+
+    segments: tuple[Segment, ...] = parameter(
+        "segments from top to bottom; the first also holds above its start", min_items=1
+    )
+    joint: float = parameter("length of a joint, centred on the start of each later segment", "m", above=0)
+    with_curvature: bool = shared(CURVATURE, default=True)
 
     def __post_init__(self) -> None:
         # beds are compared, and what is known of them kept, by their values
-        object.__setattr__(self, "starts", tuple(self.starts))
-        object.__setattr__(self, "angles", tuple(self.angles))
-        if not 0 < len(self.starts) == len(self.angles):
-            raise ValueError("segments need a start and an angle each")
-        _check_angles(*self.angles)
-        if not (np.isfinite([*self.starts, self.joint]).all() and self.joint > 0):
-            raise ValueError("starts must be finite and the joint above 0")
-        if np.any(np.diff(self._knots) < 0) or np.any(np.diff(self.starts) <= 0):
-            raise ValueError("segments must follow one another without their joints overlapping")
+        object.__setattr__(self, "segments", tuple(self.segments))
+        super().__post_init__()
+        for i, (above, below) in enumerate(pairwise(self.segments), 1):
+            least = above.start + (self.joint if i > 1 else self.joint / 2)
+            if not (below.start > above.start and below.start >= least):
+                found = f"expected at least {least:g} (clear of the joint before), found {below.start:g}"
+                raise ParameterError(found, f"segments.{i}.start", "joint")
+
+    @property
+    def starts(self) -> tuple[float, ...]:
+        """Where each segment begins, m."""
+        return tuple(segment.start for segment in self.segments)
+
+    @property
+    def angles(self) -> tuple[float, ...]:
+        """Inclination of each segment, degrees."""
+        return tuple(segment.angle for segment in self.segments)
 
     @cached_property
     def _knots(self) -> Array:
@@ -227,7 +251,5 @@ def _spread(function: Callable[[Array], Array], x: ArrayLike, y: ArrayLike) -> A
     return np.array(np.broadcast_to(values, np.broadcast(values, np.asarray(y)).shape))
 
 
-def _check_angles(*angles: float) -> None:
-    """Refuse angles that are not between -90 and 90 degrees."""
-    if not all(-90 < angle < 90 for angle in angles):
-        raise ValueError(f"inclinations must lie between -90 and 90 degrees, not {angles}")
+PROFILES: tuple[type[SlopeProfile], ...] = (Plane, Bend, Segments)
+"""Profiles given by numbers. A profile that is named here can be chosen in a scenario file."""

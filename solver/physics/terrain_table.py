@@ -2,22 +2,27 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
-import scipy
 from numpy.typing import ArrayLike, NDArray
 
-from solver.physics.terrain import SlopeProfile, integrate
+from solver.parameters import ParameterError, parameter, parametric, shared
+from solver.physics.terrain import CURVATURE, SlopeProfile, integrate
+
+if TYPE_CHECKING:
+    from scipy.interpolate import PPoly
 
 Array = NDArray[np.float64]
 _NEWTON_STEPS = 6
 
 
-@dataclass(frozen=True, eq=False)
+@parametric(eq=False)
 class Table(SlopeProfile):
-    """A slope through points of horizontal distance d and elevation z, its corners rounded.
+    """A slope through points of horizontal distance and elevation, its corners rounded.
+
+    The points are given by horizontal distance d and elevation z.
 
     The polyline through the points is convolved in d with the triangle of base length L (``smoothing``) and
     unit area. z'' is then continuous and piecewise linear; straight stretches stay where they are, except
@@ -37,25 +42,33 @@ class Table(SlopeProfile):
 
     Raises
     ------
-    ValueError
+    ParameterError
         If there are fewer than two points, one is not finite, distances do not increase, or smoothing is
         not above 0.
     """
 
+    advice: ClassVar[str] = "surveyed slopes"
+
     distances: Array
     elevations: Array
-    smoothing: float
-    with_curvature: bool = True
+    smoothing: float = parameter(
+        "horizontal length over which corners are rounded",
+        "m",
+        above=0,
+        advice="A few distances between points of the table: less keeps its steps, more flattens bends.",
+    )
+    with_curvature: bool = shared(CURVATURE, default=True)
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if not (self.elevations.shape == self.distances.shape == (self.distances.size,) > (1,)):
-            raise ValueError("a table needs two or more points, each of a distance and an elevation")
+            raise ParameterError(
+                "expected two or more points, each of a distance and an elevation", "distances"
+            )
         if not (np.isfinite(self.distances).all() and np.isfinite(self.elevations).all()):
-            raise ValueError("the points of a table must be finite")
+            raise ParameterError("expected finite points", "distances")
         if np.any(np.diff(self.distances) <= 0):
-            raise ValueError("the distances of a table must increase")
-        if not 0 < self.smoothing < np.inf:
-            raise ValueError("smoothing must be above 0")
+            raise ParameterError("expected distances that increase", "distances")
 
     @property
     def length(self) -> float:
@@ -63,8 +76,8 @@ class Table(SlopeProfile):
         return float(self._arc_length(self.distances[-1:])[0])
 
     def horizontal_distance(self, x: ArrayLike) -> Array:
-        """Horizontal distance from the first point of the table, m, same shape as ``x`` (m)."""
-        return np.asarray(self._distance(np.asarray(x, dtype=np.float64)) - self.distances[0])
+        """Horizontal distance as the table counts it, m, same shape as ``x`` (m)."""
+        return self._distance(np.asarray(x, dtype=np.float64))
 
     def elevation(self, x: ArrayLike) -> Array:
         """Elevation of the smoothed bed in the table's own height, m, same shape as ``x`` (m)."""
@@ -84,19 +97,22 @@ class Table(SlopeProfile):
         return float(np.diff(self.elevations[:2])[0] / np.diff(self.distances[:2])[0])
 
     @cached_property
-    def _second_derivative(self) -> scipy.interpolate.PPoly:
+    def _second_derivative(self) -> PPoly:
         """Give z'', the second difference of the polyline over L/2 at the knots and linear between them."""
-        polyline = scipy.interpolate.make_interp_spline(self.distances, self.elevations, k=1)
+        # SciPy takes longer to import than a scenario to check
+        from scipy.interpolate import PPoly, make_interp_spline
+
+        polyline = make_interp_spline(self.distances, self.elevations, k=1)
         half = self.smoothing / 2
         knots = np.unique(np.add.outer([-half, 0.0, half], self.distances))
         values = (polyline(knots + half) - 2 * polyline(knots) + polyline(knots - half)) / half**2
         # zero pieces outside, so that the polynomials extend as straight lines
         knots = np.concatenate([[knots[0] - half], knots, [knots[-1] + half]])
         values = np.concatenate([[0.0, 0.0], values[1:-1], [0.0, 0.0]])
-        return scipy.interpolate.PPoly([np.diff(values) / np.diff(knots), values[:-1]], knots)
+        return PPoly([np.diff(values) / np.diff(knots), values[:-1]], knots)
 
     @cached_property
-    def _gradient_rise(self) -> scipy.interpolate.PPoly:
+    def _gradient_rise(self) -> PPoly:
         return self._second_derivative.antiderivative()
 
     def _gradient(self, d: Array) -> Array:
@@ -121,8 +137,10 @@ class Table(SlopeProfile):
 
     def _distance(self, x: Array) -> Array:
         """Horizontal distance d at arc length x, m: Newton's method from the linear guess between knots."""
+        from scipy.interpolate import make_interp_spline
+
         knots, lengths = self._second_derivative.x, self._arc_length_at_knots
-        d = scipy.interpolate.make_interp_spline(lengths, knots, k=1)(x)
+        d = make_interp_spline(lengths, knots, k=1)(x)
         for _ in range(_NEWTON_STEPS):
             d = d - (self._arc_length(d) - x) / self._stretch(d)
         return np.asarray(d)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from dataclasses import field
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from solver.parameters import Checked, Parameter, ParameterError, parameter, parametric, shared
 from solver.points.lattice import Lattice
 from solver.release.integrals import NODES, SLIVER, WEIGHTS, box_integral, covered, round_integral
 
@@ -18,25 +19,30 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True, kw_only=True)
-class Release:
-    """What every release has.
+CENTRE = Parameter(meaning="centre", unit="m")
+RADIUS = Parameter(meaning="radius", unit="m", above=0)
+HEIGHT = Parameter(meaning="depth", unit="m", above=0)
 
-    volume : what the depth is scaled to hold, m3; None leaves the shape as it is. velocity : m s-1.
+
+@parametric(kw_only=True)
+class Release(Checked):
+    """What every release has.
 
     Raises
     ------
-    ValueError
+    ParameterError
         If a length or the volume is not above 0, or a number is not finite.
     """
 
-    volume: float | None = None
-    velocity: tuple[float, float] = (0.0, 0.0)
-
-    def __post_init__(self) -> None:
-        if self.volume is not None:
-            _check_positive(self.volume)
-        _check_finite(*self.velocity, *self.extent)
+    volume: float | None = parameter(
+        "volume; the depth is scaled so that the cells hold it. Default: that of the shape",
+        "m3",
+        default=None,
+        above=0,
+    )
+    velocity: tuple[float, float] = parameter(
+        "initial velocity along and across the bed", "m s-1", default=(0.0, 0.0)
+    )
 
     @property
     def shape_volume(self) -> float:
@@ -79,11 +85,11 @@ class Release:
         return whole if inside <= SLIVER * whole else max(0.0, whole - inside)
 
 
-@dataclass(frozen=True)
+@parametric
 class Round(Release):
     """A release on a round or elliptic base around ``centre``, m."""
 
-    centre: tuple[float, float]
+    centre: tuple[float, float] = shared(CENTRE)
 
     @property
     def half_axes(self) -> tuple[float, float]:
@@ -140,18 +146,20 @@ class Round(Release):
         return averages / lattice.cell_area
 
 
-@dataclass(frozen=True)
+@parametric
 class Cap(Round):
-    """A spherical cap: ``radius`` of the base and ``height``, m, the height at most the radius."""
+    """A spherical cap."""
 
-    radius: float
-    height: float
+    advice: ClassVar[str] = "a heap of known base and height"
+
+    radius: float = shared(RADIUS, meaning="radius of the base")
+    height: float = shared(HEIGHT, meaning="depth at the centre, at most the radius")
 
     def __post_init__(self) -> None:
-        _check_positive(self.radius, self.height)
-        if self.height > self.radius:
-            raise ValueError("a cap must not be higher than its base radius")
         super().__post_init__()
+        if self.height > self.radius:
+            found = f"expected at most radius ({self.radius:g}), found {self.height:g}"
+            raise ParameterError(found, "height", "radius")
 
     @property
     def half_axes(self) -> tuple[float, float]:
@@ -179,10 +187,13 @@ class Cap(Round):
         return np.asarray(size / (6 * (ball + sunk + depth)))
 
 
-@dataclass(frozen=True)
+@parametric
 class Hemisphere(Cap):
-    """Half a ball of ``radius``, m."""
+    """A half ball."""
 
+    advice: ClassVar[str] = "laboratory chutes"
+
+    radius: float = shared(RADIUS)
     height: float = field(init=False)
 
     def __post_init__(self) -> None:
@@ -190,16 +201,14 @@ class Hemisphere(Cap):
         super().__post_init__()
 
 
-@dataclass(frozen=True)
+@parametric
 class Paraboloid(Round):
-    """An elliptic paraboloid: half axes of the base and ``height`` at the centre, m."""
+    """An elliptic paraboloid."""
 
-    radii: tuple[float, float]
-    height: float
+    advice: ClassVar[str] = "a heap on an elliptic base"
 
-    def __post_init__(self) -> None:
-        _check_positive(*self.radii, self.height)
-        super().__post_init__()
+    radii: tuple[float, float] = parameter("half axes of the base along and across the bed", "m", above=0)
+    height: float = shared(HEIGHT, meaning="depth at the centre")
 
     @property
     def half_axes(self) -> tuple[float, float]:
@@ -218,16 +227,14 @@ class Paraboloid(Round):
         return self.height * (0.5 - 0.25 * squared)
 
 
-@dataclass(frozen=True)
+@parametric
 class Cylinder(Round):
-    """A round column of ``radius`` and ``height``, m."""
+    """A round column of constant depth."""
 
-    radius: float
-    height: float
+    advice: ClassVar[str] = "a column that collapses"
 
-    def __post_init__(self) -> None:
-        _check_positive(self.radius, self.height)
-        super().__post_init__()
+    radius: float = shared(RADIUS)
+    height: float = shared(HEIGHT)
 
     @property
     def half_axes(self) -> tuple[float, float]:
@@ -246,17 +253,15 @@ class Cylinder(Round):
         return np.full(squared.shape, 0.5 * self.height)
 
 
-@dataclass(frozen=True)
+@parametric
 class Box(Release):
-    """A box from ``x[0]`` to ``x[1]`` and ``y[0]`` to ``y[1]`` of ``height``, m."""
+    """A box of constant depth."""
 
-    x: tuple[float, float]
-    y: tuple[float, float]
-    height: float
+    advice: ClassVar[str] = "a source area of a known mean depth, and dam breaks"
 
-    def __post_init__(self) -> None:
-        _check_positive(self.x[1] - self.x[0], self.y[1] - self.y[0], self.height)
-        super().__post_init__()
+    x: tuple[float, float] = parameter("extent along the bed", "m", ordered=True)
+    y: tuple[float, float] = parameter("extent across the bed", "m", ordered=True)
+    height: float = shared(HEIGHT)
 
     @property
     def shape_volume(self) -> float:
@@ -287,13 +292,5 @@ class Box(Release):
         return self.height * np.multiply.outer(across, along)
 
 
-def _check_positive(*lengths: float) -> None:
-    """Refuse lengths and volumes that are not above 0 and finite."""
-    if not all(0 < length < np.inf for length in lengths):
-        raise ValueError(f"the lengths and volume of a release must be above 0 and finite, not {lengths}")
-
-
-def _check_finite(*numbers: float) -> None:
-    """Refuse numbers that are not finite."""
-    if not np.isfinite(numbers).all():
-        raise ValueError(f"the numbers of a release must be finite, not {numbers}")
+SHAPES: tuple[type[Release], ...] = (Hemisphere, Cap, Paraboloid, Box, Cylinder)
+"""All shapes. A shape that is named here can be released by a scenario file."""

@@ -8,9 +8,9 @@ import numpy as np
 
 from solver.arrays import Array
 from solver.compiled import kernel
-from solver.kernels.limiter import ALL, FRONT, LEAST
+from solver.kernels.limiter import face_state, steepness_of
 from solver.kernels.state import FaceValues
-from solver.lattice.reconstruction import limited
+from solver.lattice.reconstruction import steps_to_faces
 from solver.surface.metric import EdgeFrames
 
 
@@ -60,26 +60,20 @@ def edge_values(
         n_a, t_a = c_a * u_a + s_a * v_a, c_a * v_a - s_a * u_a
         ahead, behind = n_a if h_a > dry else high_n, n_b if h_b > dry else low_n
         back, forth = low_n - behind, ahead - high_n
-        lost = -(back + forth)
-        slower = min(abs(ahead), abs(behind))
-        steepness = 1.0 if slower < lost else 2.0
+        mean = 0.5 * (low_n + high_n)
+        steepness = steepness_of(mean - back, mean + forth)
         out.c[o] = math.sqrt(g_n[i] * h_i)
-        low, high = limited(h_i - h_b, h_a - h_i, steepness)
-        more_a, more_b = n_a - high_n, low_n - n_b
-        more_a, more_b = more_a if more_a > 0.0 else 0.0, more_b if more_b > 0.0 else 0.0
-        led_a = (high_n >= 0.0) | ((n_a < 0.0) & (more_a * more_a <= 4.0 * (g_n[a] * h_a)))
-        led_b = (low_n <= 0.0) | ((n_b > 0.0) & (more_b * more_b <= 4.0 * (g_n[b] * h_b)))
-        low_depth, high_depth, least = h_i - low, h_i + high, LEAST * h_i
-        low_depth = least if (low_n < 0.0) & (low_depth < least) else low_depth
-        high_depth = least if (high_n > 0.0) & (high_depth < least) else high_depth
-        out.h_low[o] = 0.0 if (h_b <= dry) & (h_i < FRONT * h_a) & led_a else low_depth
-        out.h_high[o] = 0.0 if (h_a <= dry) & (h_i < FRONT * h_b) & led_b else high_depth
-        low, high = limited(back, forth, steepness)
-        low, high = low_n - low, high_n + high
-        all_low = (low_depth > ALL * h_i) & (low < 0.0)
-        all_high = (high_depth > ALL * h_i) & (high > 0.0)
-        out.n_low[o], out.n_high[o] = low_n if all_low else low, high_n if all_high else high
-        t_b, t_a = t_b if h_b > dry else low_t, t_a if h_a > dry else high_t
-        low, high = limited(low_t - t_b, t_a - high_t, 2.0)
-        out.t_low[o] = low_t - (0.0 if all_low else low)
-        out.t_high[o] = high_t + (0.0 if all_high else high)
+        h_low, h_high = steps_to_faces(h_i - h_b, h_a - h_i, steepness)
+        n_low, n_high = steps_to_faces(back, forth, steepness)
+        t_back = low_t - (t_b if h_b > dry else low_t)
+        t_forth = (t_a if h_a > dry else high_t) - high_t
+        t_low, t_high = steps_to_faces(t_back, t_forth, 2.0)
+        # what is ahead, in the frame of the edge behind, and what is behind in that of the edge ahead
+        led_by = h_a, n_a + (low_n - high_n), g_n[a] * h_a
+        out.h_low[o], out.n_low[o], out.t_low[o] = face_state(
+            (h_i, low_n, low_t), (h_i + h_low, n_low, t_low), h_b, led_by, -1.0, dry
+        )
+        led_by = h_b, n_b + (high_n - low_n), g_n[b] * h_b
+        out.h_high[o], out.n_high[o], out.t_high[o] = face_state(
+            (h_i, high_n, high_t), (h_i + h_high, n_high, t_high), h_a, led_by, 1.0, dry
+        )

@@ -9,37 +9,19 @@ frame of each cell:
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
-from solver.arrays import Array, Indices
+from solver.arrays import Array
 from solver.compiled import ONE, kernel
 from solver.kernels.riemann import hll
-from solver.kernels.source_terms import braked, drag_row, loaded
-from solver.kernels.state import HELD, LANES, SPARE, FaceValues, Fields, Fluxes, Grid, Material, whole
+from solver.kernels.source_terms import acting_depth, update_cell
+from solver.kernels.state import BELOW_YIELD, LANES, RETAINED, Fields, Fluxes, Material, whole
+from solver.lattice.arrays import RING
+from solver.lattice.residual import limit_outflow
 from solver.lattice.spans import hull
+from solver.surface.arrays import SurfaceArrays
 from solver.surface.metric import Metric
 from solver.surface.reconstruction import edge_values
-
-# Rows held in the ring of fluxes.
-RING = 4
-
-
-class Buffers(NamedTuple):
-    """Scratch rows, reused by every stage.
-
-    along, across : face values of one row along x, and of two rows along y.
-    x_fluxes, y_fluxes : ring of rows; the edge with the index of a cell is the one before it along x, and the
-    one after it along y.
-    keep : ring of rows of the share of its outflow that a cell keeps to.
-    """
-
-    along: FaceValues
-    across: FaceValues
-    x_fluxes: Fluxes
-    y_fluxes: Fluxes
-    keep: Array
 
 
 @kernel(unaliased=True)
@@ -65,15 +47,15 @@ def outflow_limits(
     south: int,
     north: int,
     dt: float,
-    keep: Array,
+    limiter: Array,
     to: int,
 ) -> bool:
-    """Share of its outflow that each cell of a row keeps to in dt (s) so that its depth stays positive.
+    """Positivity limiter: the share of its outflow that each cell of a row can lose in dt (s).
 
     Returns
     -------
     bool
-        True if some cell cannot lose all of it; only then ``keep`` is filled, from index ``to`` on.
+        True if some cell cannot lose all of it; only then ``limiter`` is filled, from index ``to`` on.
     """
     short = 0
     for k in range(count):
@@ -83,26 +65,15 @@ def outflow_limits(
         out_x = (e if e > 0.0 else 0.0) - (w if w < 0.0 else 0.0)
         out_y = (n if n > 0.0 else 0.0) - (s if s < 0.0 else 0.0)
         c = np.uint64(cell) + i
-        short |= 1 if (out_x + out_y) * (dt * per_area[c]) > (1.0 - SPARE) * h[c] else 0
+        short |= 1 if (out_x + out_y) * (dt * per_area[c]) > (1.0 - RETAINED) * h[c] else 0
     if short == 0:
         return False
     for k in range(count):
         w, e, s, n = x_mass[west + k], x_mass[west + 1 + k], y_mass[south + k], y_mass[north + k]
         out = (max(e, 0.0) - min(w, 0.0)) + (max(n, 0.0) - min(s, 0.0))
-        loss, most = out * (dt * per_area[cell + k]), (1.0 - SPARE) * h[cell + k]
-        keep[to + k] = most / loss if loss > most else 1.0
+        loss, most = out * (dt * per_area[cell + k]), (1.0 - RETAINED) * h[cell + k]
+        limiter[to + k] = most / loss if loss > most else 1.0
     return True
-
-
-@kernel()
-def scale(fluxes: Fluxes, at: int, keep: Array, low: int, high: int, count: int) -> None:
-    """Multiply mass and momentum fluxes by the share that the cell they leave keeps to; pressure stays."""
-    for k in range(count):
-        mass = fluxes.mass[at + k]
-        share = keep[low + k] if mass > 0.0 else (keep[high + k] if mass < 0.0 else 1.0)
-        fluxes.mass[at + k] *= share
-        fluxes.normal[at + k] *= share
-        fluxes.tangential[at + k] *= share
 
 
 @kernel(unaliased=True)
@@ -119,7 +90,7 @@ def update_row(
     begin: int,
     now: Fields,
     out: Fields,
-    still: Array,
+    static: Array,
     metric: Metric,
     material: Material,
     cell: int,
@@ -133,8 +104,7 @@ def update_row(
     part: float,
     dt: float,
 ) -> None:
-    """Update a run of cells, then apply friction, as on a lattice; ``begin`` : first cell in ``start``."""
-    dry, braking = material.dry, part * dt * material.tangent
+    """Update a run of cells, as `update_cell` does one; ``begin`` is the first cell in ``start``."""
     _, x_cl, x_sl, x_ch, x_sh = metric.x_edges
     _, y_cl, y_sl, y_ch, y_sh = metric.y_edges
     x_mass, x_normal, x_tangential, x_pressure = x_fluxes
@@ -147,10 +117,10 @@ def update_row(
         f_s, f_n = np.uint64(south) + k_, np.uint64(north) + k_
         w, s = i - one, i - row
         per_area, g_n = metric.per_area[i], metric.g_n[i]
-        h_0, h_1, u_1, v_1 = start.h[b], now.h[i], now.u[i], now.v[i]
+        h_1, u_1, v_1 = now.h[i], now.u[i], now.v[i]
         gain = ((x_mass[f_w] - x_mass[f_e]) + (y_mass[f_s] - y_mass[f_n])) * per_area
-        load = loaded(h_1, h_1 + dt * gain)
-        free = 0.0 if still[i] == HELD else 1.0
+        load = acting_depth(h_1, h_1 + dt * gain)
+        free = 0.0 if static[i] == BELOW_YIELD else 1.0
         push = free * g_n
         n_w, n_e = x_normal[f_w] + push * x_pressure[f_w], x_normal[f_e] + push * x_pressure[f_e]
         n_s, n_n = y_normal[f_s] + push * y_pressure[f_s], y_normal[f_n] + push * y_pressure[f_n]
@@ -161,33 +131,32 @@ def update_row(
         gain_v = ((x_sh[w] * n_w + x_ch[w] * t_w) - (x_sl[i] * n_e + x_cl[i] * t_e)) + (
             (y_sh[s] * n_s + y_ch[s] * t_s) - (y_sl[i] * n_n + y_cl[i] * t_n)
         )
-        hu, hv = h_0 * start.u[b], h_0 * start.v[b]
-        h = h_0 + part * ((h_1 - h_0) + dt * gain)
-        hu += part * ((h_1 * u_1 - hu) + dt * (gain_u * per_area + (free * metric.g_1[i]) * load))
-        hv += part * ((h_1 * v_1 - hv) + dt * (gain_v * per_area + (free * metric.g_2[i]) * load))
-        bend = (metric.k_11[i] * (u_1 * u_1) + metric.k_22[i] * (v_1 * v_1)) + 2.0 * metric.k_12[i] * (
-            u_1 * v_1
+        bend = (
+            metric.k_11[i] * (u_1 * u_1) + metric.k_22[i] * (v_1 * v_1) + 2.0 * metric.k_12[i] * (u_1 * v_1)
         )
-        per_depth = braked(hu, hv, h, 0.0, load, g_n + bend, 0.0, braking, dry)
-        out.h[i], out.u[i], out.v[i] = h, hu * per_depth, hv * per_depth
+        out.h[i], out.u[i], out.v[i] = update_cell(
+            (start.h[b], start.u[b], start.v[b]),
+            (h_1, u_1, v_1),
+            (gain, gain_u * per_area, gain_v * per_area),
+            ((free * metric.g_1[i]) * load, (free * metric.g_2[i]) * load),
+            (g_n + bend, 0.0),
+            load,
+            part,
+            dt,
+            material,
+        )
 
 
 @kernel()
 def stage(
+    arrays: SurfaceArrays,
     start: Fields,
     now: Fields,
     out: Fields,
-    before: Fields,
-    still: Array,
-    metric: Metric,
-    material: Material,
-    grid: Grid,
-    spans: Indices,
     first: int,
     last: int,
     part: float,
     dt: float,
-    buffers: Buffers,
 ) -> None:
     """One Runge-Kutta stage over the spans to be stepped.
 
@@ -195,16 +164,17 @@ def stage(
     ----------
     start, now, out : Fields
         State at the start of the step, of this stage, and to be filled; ``out`` may be ``start``.
-    before : Fields
-        One row, for the state at the start of the step where ``out`` takes its place.
-    spans, first, last
-        Cells and rows to be stepped, from `solver.lattice.spans.spread`.
-    part, dt
-        Weight of this stage's result in the convex combination with ``start``, and time step, s.
+    first, last : int
+        Rows to be stepped, from `solver.lattice.spans.spread`.
+    part : float
+        Weight of this stage's result in the convex combination with ``start``.
+    dt : float
+        Time step, s.
     """
-    m, dry = grid.stride, material.dry
+    static, metric, material, grid = arrays.static, arrays.metric, arrays.material, arrays.grid
+    spans, before, m, dry = arrays.spans.stepped, arrays.before, grid.stride, material.dry
     room = m + LANES
-    along, across, x_fluxes, y_fluxes, keep = buffers
+    along, across, x_fluxes, y_fluxes, limiter = arrays.buffers
     h, u, v = now
     x, y, g_n = metric.x_edges, metric.y_edges, metric.g_n
     x_mass, y_mass = x_fluxes.mass, y_fluxes.mass
@@ -216,29 +186,29 @@ def stage(
             edge_values(h, u, v, g_n, y, k * m + a, m, whole(b - a), dry, across, (k % 2) * room + a)
         a, b = hull(spans, j, j + 1)
         one, two = (j % 2) * room + a, ((j + 1) % 2) * room + a
-        hll(across, one, across, two, still, j * m + a, m, whole(b - a), dry, y_fluxes, ring + a)
+        hll(across, one, across, two, static, j * m + a, m, whole(b - a), dry, y_fluxes, ring + a)
         lengthen(y_fluxes, ring + a, y.length, j * m + a, b - a)
         short = False
         a, b = spans[0, j], spans[1, j]
         if a < b:
             cell = j * m + a - 1
             edge_values(h, u, v, g_n, x, cell, ONE, whole(b - a + 2), dry, along, a - 1)
-            hll(along, a - 1, along, a, still, cell, ONE, whole(b - a + 1), dry, x_fluxes, ring + a)
+            hll(along, a - 1, along, a, static, cell, ONE, whole(b - a + 1), dry, x_fluxes, ring + a)
             lengthen(x_fluxes, ring + a, x.length, cell, b - a + 1)
             masses = x_mass, ring + a, y_mass, below + a, ring + a
-            short = outflow_limits(h, metric.per_area, cell + 1, b - a, *masses, dt, keep, ring + a)
+            short = outflow_limits(h, metric.per_area, cell + 1, b - a, *masses, dt, limiter, ring + a)
             if not short:
-                keep[ring + a : ring + b] = 1.0
+                limiter[ring + a : ring + b] = 1.0
             else:
-                keep[ring + a - 1] = keep[ring + b] = 1.0
-                scale(x_fluxes, ring + a, keep, ring + a - 1, ring + a, b - a + 1)
+                limiter[ring + a - 1] = limiter[ring + b] = 1.0
+                limit_outflow(x_fluxes, ring + a, limiter, ring + a - 1, ring + a, b - a + 1)
         if short or short_before:
             a, b = hull(spans, j - 1, j)
             for row in (j - 1, j):
                 lo, hi = (spans[0, row], spans[1, row]) if spans[0, row] < spans[1, row] else (b, b)
-                keep[(row % RING) * room + a : (row % RING) * room + lo] = 1.0
-                keep[(row % RING) * room + hi : (row % RING) * room + b] = 1.0
-            scale(y_fluxes, below + a, keep, below + a, ring + a, b - a)
+                limiter[(row % RING) * room + a : (row % RING) * room + lo] = 1.0
+                limiter[(row % RING) * room + hi : (row % RING) * room + b] = 1.0
+            limit_outflow(y_fluxes, below + a, limiter, below + a, ring + a, b - a)
         short_before = short
         row = j - 1
         a, b = spans[0, row], spans[1, row]
@@ -252,7 +222,7 @@ def stage(
             a,
             now,
             out,
-            still,
+            static,
             metric,
             material,
             cell,
@@ -266,5 +236,3 @@ def stage(
             part,
             dt,
         )
-        if material.drag > 0.0:
-            drag_row(out, cell, count, part * dt * material.drag)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.arrays import Array
-from solver.kernels import runge_kutta
+from solver.kernels.runge_kutta import Limits
 from solver.kernels.state import GHOSTS, Bed, Fields
 from solver.lattice.run import LatticeRun, roomy
 from solver.lattice.window import Part, Window
@@ -14,8 +14,9 @@ from solver.physics.earth_pressure import Isotropic
 from solver.physics.elevation import Surface
 from solver.points.lattice import Lattice
 from solver.scene import Scene
+from solver.surface.arrays import SurfaceArrays
 from solver.surface.metric import lifted_area, metric_of
-from solver.surface.residual import Buffers, stage
+from solver.surface.residual import stage
 from solver.surface.status import classify_surface
 from solver.surface.time_stepping import advance_surface
 
@@ -89,47 +90,36 @@ class SurfaceRun(LatticeRun):
             scene.scheme.cfl,
         )
         self.before = Fields(*(roomy(self.grid.stride) for _ in range(3)))
-        self.window_buffers = Buffers(*self.buffers)
 
-    def _advance(self, target: float, max_steps: int) -> int:
-        outcome = runge_kutta.GROW
-        while outcome == runge_kutta.GROW:
-            outcome = int(
-                advance_surface(
-                    self.now,
-                    *self.stages,
-                    self.before,
-                    self.status.still,
-                    self.metric,
-                    self.material,
-                    self.window_sides,
-                    self.grid,
-                    self.spans,
-                    self.inner,
-                    self.window_buffers,
-                    runge_kutta.SSP_RK3,
-                    self.scene.scheme.cfl,
-                    target,
-                    self.shortest_step,
-                    max_steps,
-                    self.rest_volume,
-                    self.arrival_depth,
-                    self.record,
-                    self.progress,
-                )
-            )
-            if outcome == runge_kutta.GROW:
-                self._grow()
-        return outcome
+    @property
+    def arrays(self) -> SurfaceArrays:  # type: ignore[override]
+        """What the kernels read and write."""
+        return SurfaceArrays(
+            now=self.now,
+            first_stage=self.stages[0],
+            second_stage=self.stages[1],
+            before=self.before,
+            static=self.status.static,
+            metric=self.metric,
+            material=self.material,
+            sides=self.window_sides,
+            grid=self.grid,
+            spans=self.spans,
+            inner=self.inner,
+            buffers=self.buffers,
+            record=self.record,
+        )
 
-    def rehearse(self, piece: int) -> None:
+    def _step(self, limits: Limits) -> int:
+        return int(advance_surface(self.arrays, limits, self.progress))
+
+    def warm_up(self, piece: int) -> None:
         """Classify the cells, or take a stage of no length."""
-        about = self.status.still, self.metric, self.material, self.grid
         if piece == 0:
-            classify_surface(self.now, *about, self.spans)
+            about = self.metric, self.material, self.grid
+            classify_surface(self.now, self.status.static, *about, self.spans)
             return
-        steps = self.spans.stepped, GHOSTS, GHOSTS, 1.0, 0.0
-        stage(self.now, self.now, self.stages[0], self.before, *about, *steps, self.window_buffers)
+        stage(self.arrays, self.now, self.now, self.stages[0], GHOSTS, GHOSTS, 1.0, 0.0)
 
     @property
     def volume(self) -> float:

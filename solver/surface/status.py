@@ -8,22 +8,42 @@ import numpy as np
 
 from solver.arrays import Array
 from solver.compiled import kernel
-from solver.kernels.state import DRY, GHOSTS, HELD, HOLDS, Fields, Grid, Material
+from solver.kernels.runge_kutta import less_moving
+from solver.kernels.source_terms import below_yield
+from solver.kernels.state import BELOW_YIELD, DRY, GHOSTS, Fields, Grid, Material
 from solver.lattice.spans import Spans
 from solver.surface.metric import Metric
 
 
 @kernel(inline=True)
-def driven(h_x: float, h_y: float, p: float, r: float, q: float, g_n: float, g_1: float, g_2: float) -> float:
-    """Square of the driving acceleration by gravity and the slope of depth in plan, m2 s-4."""
-    first, second = g_n * (p * h_x) - g_1, g_n * (r * h_x + q * h_y) - g_2
-    return first * first + second * second
+def rests(
+    h_x: float,
+    h_y: float,
+    slope: tuple[float, float, float],
+    gravity: tuple[float, float, float],
+    material: Material,
+) -> bool:
+    """Whether dry friction balances gravity and a slope of depth in plan.
+
+    Parameters
+    ----------
+    h_x, h_y : float
+        Derivatives of depth in plan, dimensionless.
+    slope : tuple
+        p, r, q of `solver.surface.metric.Metric`.
+    gravity : tuple
+        Along e1 and e2 and normal to the bed, m s-2.
+    """
+    p, r, q = slope
+    g_1, g_2, g_n = gravity
+    held: bool = below_yield(g_n * (p * h_x) - g_1, g_n * (r * h_x + q * h_y) - g_2, g_n, material)
+    return held
 
 
 @kernel(unaliased=True)
 def classify_row(
     now: Fields,
-    still: Array,
+    static: Array,
     metric: Metric,
     material: Material,
     grid: Grid,
@@ -32,35 +52,32 @@ def classify_row(
     column: int,
     count: int,
 ) -> None:
-    """Set stillness of a run of cells, and raise the wave rate of their columns.
+    """Set the status of a run of cells, and raise the wave rate of their columns.
 
-    A cell is still if it is dry, or at rest where the driving acceleration is at most ``g_n tan(delta)`` at
+    A cell is static if it is dry, or at rest where the driving acceleration is at most ``g_n tan(delta)`` at
     each of its edges, with the mean slope of depth in the other direction.
     """
     h, u, v = now
     dry, one, row = material.dry, np.uint64(1), np.uint64(grid.stride)
     over = 1.0 / grid.dx
-    limit_per_load = material.tangent * HOLDS
     x, y = metric.x_edges, metric.y_edges
     for k in range(count):
         i, c = np.uint64(cell) + np.uint64(k), np.uint64(column) + np.uint64(k)
         w, e, s, n = i - one, i + one, i - row, i + row
-        h_i, g_n, g_1, g_2 = h[i], metric.g_n[i], metric.g_1[i], metric.g_2[i]
-        p, r, q = metric.p[i], metric.r[i], metric.q[i]
+        h_i, g_n = h[i], metric.g_n[i]
+        slope, gravity = (metric.p[i], metric.r[i], metric.q[i]), (metric.g_1[i], metric.g_2[i], g_n)
         wet = h_i > dry
         back_x, forth_x = (h_i - h[w]) * over, (h[e] - h_i) * over
         back_y, forth_y = (h_i - h[s]) * over, (h[n] - h_i) * over
         mean_x, mean_y = 0.5 * (back_x + forth_x), 0.5 * (back_y + forth_y)
-        limit = g_n * limit_per_load
-        limit *= limit
         u_i, v_i = u[i], v[i]
         held = (u_i * u_i + v_i * v_i) == 0.0
-        held &= driven(back_x, mean_y, p, r, q, g_n, g_1, g_2) <= limit
-        held &= driven(forth_x, mean_y, p, r, q, g_n, g_1, g_2) <= limit
-        held &= driven(mean_x, back_y, p, r, q, g_n, g_1, g_2) <= limit
-        held &= driven(mean_x, forth_y, p, r, q, g_n, g_1, g_2) <= limit
-        stopped = HELD if held else 0.0
-        still[i] = stopped if wet else DRY
+        held &= rests(back_x, mean_y, slope, gravity, material)
+        held &= rests(forth_x, mean_y, slope, gravity, material)
+        held &= rests(mean_x, back_y, slope, gravity, material)
+        held &= rests(mean_x, forth_y, slope, gravity, material)
+        stopped = BELOW_YIELD if held else 0.0
+        static[i] = stopped if wet else DRY
         wave = math.sqrt(g_n * h_i)
         through_x = x.length[i] * (abs(x.c_low[i] * u_i + x.s_low[i] * v_i) + wave) + x.length[w] * (
             abs(x.c_high[w] * u_i + x.s_high[w] * v_i) + wave
@@ -78,7 +95,7 @@ def classify_row(
 
 @kernel()
 def classify_surface(
-    now: Fields, still: Array, metric: Metric, material: Material, grid: Grid, spans: Spans
+    now: Fields, static: Array, metric: Metric, material: Material, grid: Grid, spans: Spans
 ) -> float:
     """Set the status of every cell that may be wet, trim the wet spans, find the moving ones.
 
@@ -94,16 +111,16 @@ def classify_surface(
         spans.moving[0, j] = spans.moving[1, j] = 0
         if lo >= hi:
             continue
-        classify_row(now, still, metric, material, grid, spans.rate, j * m + lo, lo, hi - lo)
+        classify_row(now, static, metric, material, grid, spans.rate, j * m + lo, lo, hi - lo)
         while lo < hi and now.h[j * m + lo] <= material.dry:
             lo += 1
         while lo < hi and now.h[j * m + hi - 1] <= material.dry:
             hi -= 1
         lo, hi = (lo, hi) if lo < hi else (0, 0)
         spans.wet[0, j], spans.wet[1, j] = lo, hi
-        while lo < hi and still[j * m + lo] != 0.0:
+        while lo < hi and static[j * m + lo] != 0.0:
             lo += 1
-        while lo < hi and still[j * m + hi - 1] != 0.0:
+        while lo < hi and static[j * m + hi - 1] != 0.0:
             hi -= 1
         spans.moving[0, j], spans.moving[1, j] = (lo, hi) if lo < hi else (0, 0)
     fastest = 0.0
@@ -114,15 +131,14 @@ def classify_surface(
 
 @kernel()
 def moving_volume_exceeds(
-    now: Fields, still: Array, spans: Spans, metric: Metric, grid: Grid, volume: float, started: bool
+    now: Fields, static: Array, spans: Spans, metric: Metric, grid: Grid, volume: float, started: bool
 ) -> bool:
     """Whether cells that are not still hold more than a volume, m3, as on a lattice."""
     m, moves, left = grid.stride, not started, volume
     for j in range(GHOSTS, grid.rows - GHOSTS):
         for i in range(j * m + spans.moving[0, j], j * m + spans.moving[1, j]):
-            if still[i] == 0.0:
-                left -= now.h[i] / metric.per_area[i]
-                moves |= (now.u[i] != 0.0) | (now.v[i] != 0.0)
-                if moves and left < 0.0:
-                    return True
+            held = now.h[i] / metric.per_area[i]
+            left, moves = less_moving(left, moves, static[i], held, now.u[i], now.v[i])
+            if moves and left < 0.0:
+                return True
     return False

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from solver.arrays import Array
+from solver.physics.constants import GRAVITY
 from solver.physics.earth_pressure import MohrCoulomb
 from solver.physics.friction import Coulomb
 from solver.physics.terrain import Bend, Plane
@@ -139,7 +140,7 @@ def slide(
     angle: float,
     bed_friction: float,
     boundaries: Boundaries,
-    gravity: float = exact.GRAVITY,
+    gravity: float = GRAVITY,
     scheme: Scheme = CONSERVATIVE,
 ) -> Scene:
     """Scene on a plane, K = 1; depth (m) and velocity along x (m s-1) fit the shape of the points."""

@@ -10,6 +10,7 @@ from typing import Literal
 
 import numpy as np
 
+from solver.physics.constants import GRAVITY
 from solver.points.lattice import Lattice
 from solver.release.initial_state import initial_state
 from solver.release.shapes import Box, Cylinder
@@ -64,7 +65,7 @@ def travelling_shock(spacing: float, scheme: Scheme = CONSERVATIVE, distance: fl
     """Exact case 5: the shock on its way over a distance, m."""
     solution = exact.TravellingShock()
     duration = distance / abs(solution.speed)
-    signal = np.sqrt(exact.GRAVITY * np.cos(np.radians(solution.angle)) * solution.downstream)
+    signal = np.sqrt(GRAVITY * np.cos(np.radians(solution.angle)) * solution.downstream)
     # nothing enters through the open side, so that the layer's rear must stay away from the shock
     upstream = distance + duration * (solution.arriving + 2 * signal)
     lattice = row((-np.ceil(upstream / spacing) * spacing, np.ceil(30 / spacing) * spacing), spacing)

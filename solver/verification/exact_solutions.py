@@ -9,8 +9,10 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
+from solver.physics.constants import GRAVITY
+from solver.physics.friction import friction_coefficient
+
 Array = NDArray[np.float64]
-GRAVITY = 9.81
 
 
 @dataclass(frozen=True)
@@ -70,8 +72,8 @@ class DamBreak:
     def __call__(self, x: ArrayLike, time: float) -> tuple[Array, Array]:
         """Depth (m) and velocity (m s-1) at x (m) and a time (s) above 0; velocity 0 where dry."""
         x = np.asarray(x, float)
-        xi, delta = np.radians([self.angle, self.bed_friction])
-        pull = self.gravity * (np.sin(xi) - np.cos(xi) * np.tan(delta))
+        xi = np.radians(self.angle)
+        pull = self.gravity * (np.sin(xi) - np.cos(xi) * friction_coefficient(self.bed_friction))
         c = np.sqrt(self.gravity * np.cos(xi) * self.depth)
         place = np.clip(x - pull * time**2 / 2, -c * time, 2 * c * time)
         depth = (2 * c - place / time) ** 2 / (9 * self.gravity * np.cos(xi))
@@ -141,8 +143,8 @@ class ParabolicCap:
     def __call__(self, x: ArrayLike, time: float) -> tuple[Array, Array]:
         """Depth (m) and velocity (m s-1) at x (m from the first centre) and a time (s)."""
         place = np.asarray(x, float)
-        xi, delta = np.radians([self.angle, self.bed_friction])
-        pull = self.gravity * (np.sin(xi) - np.cos(xi) * np.tan(delta))
+        xi = np.radians(self.angle)
+        pull = self.gravity * (np.sin(xi) - np.cos(xi) * friction_coefficient(self.bed_friction))
         spread = 2 * self.gravity * np.cos(xi) * self.height / self.half_length**2
         stretch, rate = 1.0, 0.0
         if time > 0:

@@ -30,18 +30,18 @@ def run(code: str) -> dict[str, object]:
 
 
 def test_every_python_snippet_is_tested():
-    assert len(blocks("python")) == 3
+    assert len(blocks("python")) == 5
 
 
 def test_the_gridded_snippet_gives_a_cloud_on_a_lattice(shipped, monkeypatch):
     monkeypatch.chdir(shipped.out.parent)
-    names = run(snippet("gridded"))
+    names = run(snippet("to_lattice"))
     assert dict(names["grid"].depth.sizes) == {"run": 1, "time": 9, "y": 71, "x": 151}
 
 
 def test_the_xarray_snippet_reads_the_shipped_sweep(shipped, monkeypatch, capsys):
     monkeypatch.chdir(shipped.out.parent)
-    names = run(snippet("exceedance"))
+    names = run(snippet("set_index"))
     assert names["done"].sizes["run"] == 4
     assert names["exceedance"].max() == 1
     assert names["runout"].shape == (2, 2)

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from solver.physics.constants import GRAVITY
 from solver.physics.earth_pressure import MohrCoulomb
 from solver.points.cloud import random_points
 from solver.scene import Boundaries
@@ -32,7 +33,7 @@ def test_dam_breaks_have_about_the_errors_of_a_lattice(name):
 def test_a_granular_shock_keeps_its_place_within_a_spacing():
     solution, offsets, behind = exact.TravellingShock(), [], []
     end = 6.0 / abs(solution.speed)
-    signal = np.sqrt(exact.GRAVITY * np.cos(np.radians(solution.angle)) * solution.downstream)
+    signal = np.sqrt(GRAVITY * np.cos(np.radians(solution.angle)) * solution.downstream)
     bounds, width = (-np.ceil(6 + end * (solution.arriving + 2 * signal)), 20.0), 3.0
     for spacing in (0.4, 0.2):
         count = round((bounds[1] - bounds[0]) * width / spacing**2)

@@ -1,4 +1,6 @@
 # ruff: noqa: E501 - a message is one line
+import re
+
 import pytest
 
 from pipeline.scenario.scenario import BadInput, load
@@ -39,13 +41,13 @@ def messages(tmp_path, *texts):
         pytest.param(
             PLANE,
             "terrain: {profile: plane, angle: 30, angel: 3}",
-            "2:38: terrain.angel: expected one of the keys profile, angle, found 'angel'",
+            "2:38: terrain.angel: expected one of the keys profile, angle, found 'angel'. Did you mean 'angle'?",
             id="unknown key",
         ),
         pytest.param(
             TIME,
             "time: {end: 1}\nspeed: 3",
-            "9:1: speed: expected one of the keys name, description, gravity, terrain, domain, points, release, material, boundaries, scheme, time, output, sweep, sample, weights, return_periods, receptors, georeference, hazard, found 'speed'",
+            "9:1: speed: expected one of the keys name, description, gravity, terrain, domain, points, release, material, boundaries, scheme, time, output, sweep, sample, weights, return_periods, receptors, georeference, hazard, found 'speed'. Did you mean 'hazard.speed'?",
             id="unknown section",
         ),
         pytest.param(
@@ -311,14 +313,14 @@ def test_a_mistake_is_told_with_its_place(tmp_path, old, new, message):
     ("sweep", "message"),
     [
         (
-            "material.friction: [1]",
-            f"10:3: sweep.material.friction: expected a key of the scenario below {SECTIONS}, "
-            "found 'material.friction'",
+            "material.frictions: [1]",
+            f"10:3: sweep.material.frictions: expected a key of the scenario below {SECTIONS}, "
+            "found 'material.frictions'. Did you mean 'friction'?",
         ),
         (
-            "release.0.height: [1]",
-            f"10:3: sweep.release.0.height: expected a key of the scenario below {SECTIONS}, "
-            "found 'release.0.height'",
+            "release.1.height: [1]",
+            f"10:3: sweep.release.1.height: expected a key of the scenario below {SECTIONS}, "
+            "found 'release.1.height'",
         ),
         (
             "points.spacing: [1]",
@@ -458,8 +460,8 @@ SAMPLE = "sample: {count: 4, values: {gravity: {distribution: uniform, lower: 9,
             "9:38: sample.values.gravity: expected a number above 0, found -8.74321898797296 in run 0",
         ),
         (
-            "sample: {count: 4, values: {material.friction: {distribution: uniform, lower: 9, upper: 10}}}",
-            f"9:29: sample.values.material.friction: expected a key of the scenario below {SECTIONS}, found 'material.friction'",
+            "sample: {count: 4, values: {material.frictions: {distribution: uniform, lower: 9, upper: 10}}}",
+            f"9:29: sample.values.material.frictions: expected a key of the scenario below {SECTIONS}, found 'material.frictions'",
         ),
         (
             "sample: {count: 4, values: {material.bed_friction: {distribution: uniform, lower: 9, upper: 40}}}",
@@ -532,3 +534,103 @@ def test_a_domain_is_left_out_only_where_it_can_be_found(tmp_path, points, sides
     text = GOOD.replace("domain: {x: [0, 10], y: [-2, 2]}\n", "").replace("x_min: wall", sides)
     text = text.replace("layout: lattice, spacing: 0.5", points)
     assert messages(tmp_path, text) == [f"a.yaml:{message}"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("bed_friction: 20", "mu: 0.2", "material.mu: expected one of the keys .*, found 'mu'. Did you mean 'friction_coefficient'?"),
+        ("bed_friction: 20", "bed_friction: 20, xi: 200", "material.xi: .*, found 'xi'. Did you mean 'turbulent_friction'?"),
+        (RELEASE, "release: {shape: cylinder, center: [3, 0], radius: 1, height: 1}", "release.center: .* Did you mean 'centre'?"),
+        (RELEASE, "release: [{shape: cylinder, centre: [3, 0], radious: 1, height: 1}]", "release.0.radious: .* Did you mean 'radius'?"),
+        (TIME, "time: {end: 1, output-every: 1}", "time.output-every: .* Did you mean 'output_every'?"),
+        (TIME, "time: {end: 1}\nmateriel: {}", "materiel: .* Did you mean 'material'?"),
+        (TIME, "time: {end: 1}\nmu: 0.2", "mu: .* Did you mean 'material.friction_coefficient'?"),
+        ("height: 1", "height: 1, volume: 20,000", "release.000: .* A comma ends a value here: write 20000 for 20,000 and 1.5 for 1,5"),
+        (TIME, "time:\n  end: 20,000", "time.end: expected a number, found '20,000'. Write 20000, without separators between digits"),
+        (TIME, "time:\n  end: 20'000", "time.end: expected a number, found '20'000'. Write 20000, without separators between digits"),
+        (TIME, "time:\n  end: 1,5", "time.end: expected a number, found '1,5'. Write 1.5, with a decimal point"),
+        ("end: 1", "end: 30 s", "time.end: expected a number, found '30 s'. Write the number alone: 30"),
+        ("y: [-2, 2]", "y: [-2; 2]", "domain.y.0: expected a number, found '-2; 2'. Separate values by commas, not by semicolons"),
+        ("y: [-2, 2]", "y: [-2,5, 2,5]", "domain.y: expected 2 values, found 4. Decimals are written with a point: [0.5, 1.5]"),
+    ],
+)  # fmt: skip
+def test_what_is_meant_is_said(tmp_path, old, new, message):
+    assert old in GOOD
+    found = messages(tmp_path, GOOD.replace(old, new))
+    parts = [re.escape(part) for part in message.split(".*")]
+    assert any(re.fullmatch(rf"a.yaml:\d+:\d+: {'.*'.join(parts)}", line) for line in found), found
+
+
+@pytest.mark.parametrize(
+    ("sweep", "hint"),
+    [
+        ("material.mu: [0.2]", "found 'material.mu'. Did you mean 'friction_coefficient'?"),
+        ("bed_friction: [20]", "found 'bed_friction'. Did you mean 'material.bed_friction'?"),
+        ("centre.0: [1]", "found 'centre.0'. Did you mean 'release.centre'?"),
+        ("materials.bed_friction: [20]", "found 'materials.bed_friction'. Did you mean 'material'?"),
+        (
+            "release.volume: [1]\n  release.0.volume: [2]",
+            "expected each key once, found 'release.0.volume' again",
+        ),
+    ],
+)
+def test_what_is_meant_in_a_sweep_is_said(tmp_path, sweep, hint):
+    (found,) = messages(tmp_path, f"{GOOD}sweep:\n  {sweep}\n")
+    assert found.endswith(hint)
+
+
+def test_a_key_of_a_list_of_releases_is_addressed_by_its_place(tmp_path):
+    text = GOOD.replace(RELEASE, f"release: [{RELEASE.removeprefix('release: ')}]")
+    (found,) = messages(tmp_path, f"{text}sweep:\n  release.volume: [1, 2]\n")
+    assert found.endswith("found 'release.volume'. Did you mean 'release.0.volume'?")
+
+
+@pytest.mark.parametrize(
+    ("material", "message"),
+    [
+        (
+            "friction_coefficient: 0.2, bed_friction: 20, internal_friction: 30",
+            "6:34: material.friction_coefficient: expected either bed_friction or friction_coefficient, found both",
+        ),
+        ("internal_friction: 30", "6:1: material.bed_friction: expected a value, found nothing"),
+        (
+            "friction_coefficient: -0.2, internal_friction: 30",
+            "6:34: material.friction_coefficient: expected a number of at least 0, found -0.2",
+        ),
+        (
+            "friction_coefficient: 1, internal_friction: 30",
+            "6:34: material.friction_coefficient: expected at most internal_friction (30) with earth_pressure mohr-coulomb, found 45 (friction_coefficient 1)",
+        ),
+        (
+            "friction: {law: coulomb, bed_friction: 20}, bed_friction: 20, internal_friction: 30",
+            "6:70: material.bed_friction: expected either friction or bed_friction, found both",
+        ),
+        (
+            "friction: {law: coulomb, bed_friction: 40}, internal_friction: 30",
+            "6:22: material.friction: expected at most internal_friction (30) with earth_pressure mohr-coulomb, found 40",
+        ),
+        (
+            "friction: {law: voellmy, bed_friction: 20}, internal_friction: 30",
+            "6:12: material.friction.turbulent_friction: expected a value, found nothing",
+        ),
+        (
+            "friction: {law: chezi}, internal_friction: 30",
+            "6:28: material.friction.law: expected one of coulomb, voellmy, found 'chezi'",
+        ),
+    ],
+)
+def test_friction_is_given_in_one_way(tmp_path, material, message):
+    (found,) = messages(tmp_path, GOOD.replace(MATERIAL, f"material: {{{material}}}"))
+    assert found == f"a.yaml:{message}"
+
+
+def test_a_coefficient_given_as_an_angle_is_warned_of(tmp_path):
+    path = tmp_path / "a.yaml"
+    path.write_text(GOOD.replace("bed_friction: 20", "bed_friction: 0.15"))
+    assert load([path])[0].warnings == (
+        f"{path}:6:26: material.bed_friction: 0.15 degrees are nearly none; mu = 0.15 is written as "
+        "friction_coefficient",
+    )
+    path.write_text(GOOD.replace("bed_friction: 20", "friction_coefficient: 0.15"))
+    assert load([path])[0].warnings == ()

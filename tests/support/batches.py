@@ -16,7 +16,6 @@ from pipeline.batch.interrupts import MESSAGE
 from pipeline.scenario.scenario import load
 from pipeline.store import zarr_store
 from pipeline.store.place import held
-from pipeline.store.storage import is_url
 from pipeline.store.variables import TIMINGS, Status
 
 DRIVER = """
@@ -89,7 +88,7 @@ def counts(path: Path) -> Counter[Status]:
 
 def files(path: Path) -> dict[str, bytes]:
     """Give all that a store holds but its timings, by name of file."""
-    if is_url(path):
+    if not isinstance(path, Path):
         held = path.fs.cat(path.fs.find(path.path))
         named = {name.partition(f"{path.name}/")[2]: data for name, data in held.items()}
         return {name: named[name] for name in sorted(named) if name.split("/")[0] not in TIMINGS}

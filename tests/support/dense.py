@@ -4,14 +4,13 @@ Arrays are (rows, columns), padded by two ghosts where said so; what is done alo
 transposes.
 """
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from solver.physics.friction import Voellmy
 
-SPARE, HOLDS = 1e-12, 1 + 1e-12
+RETAINED, YIELD_TOLERANCE = 1e-12, 1 + 1e-12
 INNER = np.s_[2:-2, 2:-2]
 
 
@@ -77,59 +76,64 @@ def padded(state, sides, rises=(0.0, 0.0), betas=(1.0, 1.0, 1.0, 1.0)):
     return State(*(np.ascontiguousarray(q) for q in state))
 
 
-def step_to_face(back, forth, near, far, steepness):
-    wanted = np.abs(near * back + far * forth)
-    most = steepness / 2 * np.minimum(np.abs(back), np.abs(forth))
-    return np.where(back * forth > 0, np.sign(back) * np.minimum(wanted, most), 0.0)
+def limited(wanted, behind, ahead, steepness):
+    """Step of a wanted size, bounded by the differences to both neighbours."""
+    most = steepness / 2 * np.minimum(np.abs(behind), np.abs(ahead))
+    return np.where(behind * ahead > 0, np.sign(ahead) * np.minimum(wanted, most), 0.0)
 
 
-def reconstruct(behind, here, ahead, steepness):
-    """Low and high face values of cells: (-1 5 2)/6 of means, limited."""
-    back, forth = here - behind, ahead - here
-    low = here - step_to_face(back, forth, 1 / 3, 1 / 6, steepness)
-    return low, here + step_to_face(back, forth, 1 / 6, 1 / 3, steepness)
+def steepness_of(behind, ahead):
+    """Minmod where the flow loses at least half its speed."""
+    return np.where(behind - ahead > np.minimum(np.abs(behind), np.abs(ahead)), 1.0, 2.0)
 
 
-def of_all(shown, mean, everything):
-    """Velocity shown, but the mean of what is nearly all at the face that it leaves through."""
-    return np.where(everything, mean, shown)
+def steps_to_faces(back, forth, steepness):
+    """To the low and the high face by (-1 5 2)/6 of means, limited."""
+    low = limited(np.abs(1 / 3 * back + 1 / 6 * forth), -forth, -back, steepness)
+    return low, limited(np.abs(1 / 6 * back + 1 / 3 * forth), back, forth, steepness)
 
 
-def follows(n, behind, wave, sign):
-    """Whether a front cell is led by what is behind it, and no faster than that can send a front."""
-    n, behind = sign * n, sign * behind
-    return (n <= 0) | ((behind > 0) & (np.maximum(0, n - behind) ** 2 <= 4 * wave))
+def face_state(cell, at_face, beyond, behind, sign, dry):
+    """Bounds on depth and on the velocities, given as steps from the mean, and the front rule.
+
+    What is nearly all at the face that it leaves through leaves with the mean velocity. A front has no depth
+    toward a dry cell before it has 0.45 of what lies behind, leads it, and is no more than a front faster.
+    """
+    (h, n, t), (depth, n_step, t_step), (h_behind, n_behind, wave) = cell, at_face, behind
+    depth = np.minimum(np.maximum(depth, np.where(sign * n > 0, 0.1 * h, 0)), 2 * h)
+    faster = np.maximum(0, sign * (n - n_behind))
+    led = (sign * n <= 0) | ((sign * n_behind > 0) & (faster**2 <= 4 * wave))
+    part = np.where((depth > 1.9 * h) & (sign * (n + n_step) > 0), 0, 1)
+    hidden = (beyond <= dry) & (h < 0.45 * h_behind) & led
+    return np.where(hidden, 0.0, depth), n + part * n_step, t + part * t_step
 
 
 def face_values(h, n, t, dry, beta):
     """Low and high values of h, n, t along the rows; a dry neighbour has no velocity to differ by."""
     one, own, other = np.s_[:, :-2], np.s_[:, 1:-1], np.s_[:, 2:]
-    (behind, here, ahead), *across = (
-        [np.where(h[one] > dry, q[one], q[own]), q[own], np.where(h[other] > dry, q[other], q[own])]
-        for q in (n, t)
-    )
-    stopped = behind - ahead > np.minimum(np.abs(behind), np.abs(ahead))
-    steepness = np.where(stopped, 1.0, 2.0)
-    low, high = reconstruct(h[one], h[own], h[other], steepness)
-    low, high = (
-        np.where(sign * here > 0, np.maximum(q, 0.1 * h[own]), q) for q, sign in ((low, -1), (high, 1))
-    )
-    normal, tangential = reconstruct(behind, here, ahead, steepness), reconstruct(*across[0], 2.0)
-    everything = [
-        (depth > 1.9 * h[:, 1:-1]) & (sign * shown > 0)
-        for depth, shown, sign in ((low, normal[0], -1), (high, normal[1], 1))
+    near = [h[one], h[own], h[other]]
+    beside = [[np.where(h[k] > dry, q[k], q[own]) for k in (one, own, other)] for q in (n, t)]
+    steepness = steepness_of(beside[0][0], beside[0][2])
+    steps = [
+        steps_to_faces(here - behind, ahead - here, most)
+        for (behind, here, ahead), most in zip((near, *beside), (steepness, steepness, 2.0), strict=True)
     ]
-    normal = [of_all(q, n[:, 1:-1], all_) for q, all_ in zip(normal, everything, strict=True)]
-    tangential = [of_all(q, t[:, 1:-1], all_) for q, all_ in zip(tangential, everything, strict=True)]
-    # a front shows a dry cell no depth before it holds 0.45 of what lies behind
-    wave = np.broadcast_to(beta, h.shape) * h
-    led = [follows(here, n[:, k], wave[:, k], sign) for k, sign in ((np.s_[2:], -1), (np.s_[:-2], 1))]
-    low = np.where((h[:, :-2] <= dry) & (h[:, 1:-1] < 0.45 * h[:, 2:]) & led[0], 0.0, low)
-    high = np.where((h[:, 2:] <= dry) & (h[:, 1:-1] < 0.45 * h[:, :-2]) & led[1], 0.0, high)
-    return (low, high, *normal, *tangential)
+    wave, cell = np.broadcast_to(beta, h.shape) * h, (h[own], n[own], t[own])
+    faces = [
+        face_state(
+            cell,
+            (h[own] + steps[0][k], steps[1][k], steps[2][k]),
+            h[beyond],
+            (h[behind], n[behind], wave[behind]),
+            2 * k - 1,
+            dry,
+        )
+        for k, beyond, behind in ((0, one, other), (1, other, one))
+    ]
+    return [q for pair in zip(*faces, strict=True) for q in pair]
 
 
-def hll(a, p, s, b, q, t, c_a, c_b, still_a, still_b, dry):
+def hll(a, p, s, b, q, t, c_a, c_b, static_a, static_b, dry):
     """Harten, Lax & van Leer between (depth, normal, tangential) = (a, p, s) and (b, q, t), wave speeds c."""
     slow = np.minimum(np.minimum(np.where(a > dry, p - c_a, q - 2 * c_b), q - c_b), 0)
     fast = np.maximum(np.maximum(np.where(b > dry, q + c_b, p + 2 * c_a), p + c_a), 0)
@@ -140,16 +144,16 @@ def hll(a, p, s, b, q, t, c_a, c_b, still_a, still_b, dry):
 
     mass, impulse = mean(a * p, b * q, b - a), mean(a * p**2, b * q**2, b * q - a * p)
     pressure = mean(a**2, b**2, 0) / 2
-    # from a still cell only what its neighbour pushes toward it crosses the face
+    # from a static cell only what its neighbour pushes toward it crosses the face
     from_b = mass < 0
-    giver_still, taker_still = np.where(from_b, still_b, still_a), np.where(from_b, still_a, still_b)
+    giver_static, taker_static = np.where(from_b, static_b, static_a), np.where(from_b, static_a, static_b)
     depth, speed = np.where(from_b, a, b), np.where(from_b, p, q)
-    pushes = (np.where(from_b, speed, -speed) > 0) & (taker_still == 0)
-    held = (giver_still > 0) & (mass != 0)
+    pushes = (np.where(from_b, speed, -speed) > 0) & (taker_static == 0)
+    held = (giver_static > 0) & (mass != 0)
     entering = np.where(pushes, depth * speed, 0.0)
     mass = np.where(held, entering, mass)
     normal = np.where(held, entering * speed, impulse)
-    pressure = np.where(held, np.where(giver_still == 2, depth, np.minimum(a, b)) ** 2 / 2, pressure)
+    pressure = np.where(held, np.where(giver_static == 2, depth, np.minimum(a, b)) ** 2 / 2, pressure)
     return Flux(mass, normal, mass * np.where(mass > 0, s, t), pressure)
 
 
@@ -169,9 +173,9 @@ def bounded(flux, h, n, t, beta, low, high):
     return Flux(mass, normal, tangential, pressure)
 
 
-def fluxes(state, beta, still, low, high, dry):
+def fluxes(state, beta, static, low, high, dry):
     """Fluxes along the rows through all faces of the inner cells; all arrays padded."""
-    h, n, t, beta, still = (q[2:-2] for q in (*state, beta, still))
+    h, n, t, beta, static = (q[2:-2] for q in (*state, beta, static))
     h_low, h_high, n_low, n_high, t_low, t_high = face_values(h, n, t, dry, beta)
     c = np.sqrt(beta * h)
     flux = hll(
@@ -179,8 +183,8 @@ def fluxes(state, beta, still, low, high, dry):
         *(q[:, 1:] for q in (h_low, n_low, t_low)),
         c[:, 1:-2],
         c[:, 2:-1],
-        still[:, 1:-2],
-        still[:, 2:-1],
+        static[:, 1:-2],
+        static[:, 2:-1],
         dry,
     )
     return bounded(flux, *(q[:, 2:-2] for q in (h, n, t, beta)), low, high)
@@ -191,10 +195,10 @@ def out_of(mass):
     return np.maximum(mass[:, 1:], 0) - np.minimum(mass[:, :-1], 0)
 
 
-def afford(h, x_mass, y_mass, dt, dx, dy):
-    """Share of its outflow that leaves a cell the SPARE-th part of its depth."""
+def outflow_limits(h, x_mass, y_mass, dt, dx, dy):
+    """Share of its outflow that leaves a cell the RETAINED-th part of its depth."""
     loss = dt / dx * out_of(x_mass) + dt / dy * out_of(y_mass.T).T
-    most = (1 - SPARE) * h
+    most = (1 - RETAINED) * h
     return np.where(loss > most, most / np.where(loss > most, loss, 1.0), 1.0)
 
 
@@ -214,24 +218,15 @@ def loaded(before, after):
     return np.minimum(before, 2 * np.maximum(after, 0))
 
 
-def brake(h_before, u_before, h, u, v, bed, tangent, drag, dry, time):
-    """Velocity after a time of friction on the load before, and of drag; bed: normal load and curvature."""
-    normal, curvature = bed
-    wet = h > dry
-    depth = np.where(wet, h, 1.0)
-    speed = np.hypot(u, v)
-    loss = time * tangent * np.maximum(0, normal + curvature * u_before**2) * h_before / depth
-    left = np.where(speed > loss * HOLDS, speed - loss, 0.0)
-    if drag:
-        # the positive root of left = speed' + time drag speed'^2 / h
-        left = 2 * left / (1 + np.sqrt(1 + 4 * time * drag * left / depth))
-    slowed = np.where(wet & (speed > 0), left / np.where(speed > 0, speed, 1.0), 0.0)
-    return slowed * u, slowed * v
+def pressures(normal, extends_x, extends_y, coefficients):
+    """beta_x and beta_y, active where the flow extends."""
+    x_a, x_p, y_aa, y_ap, y_pa, y_pp = coefficients
+    k_y = np.select([extends_x & extends_y, extends_x, extends_y], [y_aa, y_ap, y_pa], y_pp)
+    return normal * np.where(extends_x, x_a, x_p), normal * k_y
 
 
 def classify(state, along, normal, coefficients, tangent, dry, dx, dy):
-    """beta_x, beta_y, still of all but the outermost cells, and the largest wave rate of wet ones."""
-    x_a, x_p, y_aa, y_ap, y_pa, y_pp = coefficients
+    """beta_x, beta_y, static of all but the outermost cells, and the largest wave rate of wet ones."""
     mid, e, w = np.s_[1:-1, 1:-1], np.s_[1:-1, 2:], np.s_[1:-1, :-2]
     n, s = np.s_[2:, 1:-1], np.s_[:-2, 1:-1]
     h, u, v = (q[mid] for q in state)
@@ -243,148 +238,83 @@ def classify(state, along, normal, coefficients, tangent, dry, dx, dy):
     extends_x = ~wet | (beside(state.u, e) >= beside(state.u, w))
     extends_y = ~wet | (beside(state.v, n) >= beside(state.v, s))
     along, normal = along[1:-1], normal[1:-1]
-    beta_x = normal * np.where(extends_x, x_a, x_p)
-    beta_y = normal * np.select([extends_x & extends_y, extends_x, extends_y], [y_aa, y_ap, y_pa], y_pp)
+    beta_x, beta_y = pressures(normal, extends_x, extends_y, coefficients)
     x = [beta_x * (h - state.h[w]) / dx - along, beta_x * (state.h[e] - h) / dx - along]
     y = [beta_y * (h - state.h[s]) / dy, beta_y * (state.h[n] - h) / dy]
     steep_x, steep_y = np.maximum(*np.abs(x)), np.maximum(*np.abs(y))
     drive = np.maximum(np.hypot(steep_x, sum(y) / 2), np.hypot(sum(x) / 2, steep_y))
-    held = (drive <= normal * tangent * HOLDS) & (u == 0) & (v == 0)
-    still = np.where(wet, np.where(held, 2.0, 0.0), 1.0)
+    held = (drive <= normal * tangent * YIELD_TOLERANCE) & (u == 0) & (v == 0)
+    static = np.where(wet, np.where(held, 2.0, 0.0), 1.0)
     rate = (np.abs(u) + np.sqrt(beta_x * h)) / dx + (np.abs(v) + np.sqrt(beta_y * h)) / dy
-    return beta_x, beta_y, still, np.where(wet, rate, 0.0)
+    return beta_x, beta_y, static, np.where(wet, rate, 0.0)
 
 
-@dataclass
-class Run:
-    """A scene stepped by the dense scheme; the state has no ghosts between steps."""
+class Twin:
+    """A scene stepped by a dense scheme; the state is (depth, velocity along and across) at all points.
 
-    scene: object
-    arrival_depth: float = 0.0
-    time: float = 0.0
-    steps: int = 0
-    inflow: float = 0.0
-    outflow: float = 0.0
-    rest_time: float = np.nan
-    drained: int = 0
+    x, y : places of the bed that a state, or a padded one, stands on. widths : rate along x of a unit speed.
+    """
 
-    def __post_init__(self):
-        scene, lattice, sides = self.scene, self.scene.points, self.scene.boundaries
-        self.sides = sides.x_min, sides.x_max, sides.y_min, sides.y_max
+    def __init__(self, scene, arrival_depth, x, y, widths=1.0):
+        self.scene, self.arrival_depth, bounds = scene, arrival_depth, scene.boundaries
+        self.time, self.steps, self.rest_time, self.ledger = 0.0, 0, np.nan, np.zeros((4, 2))
+        self.sides = bounds.x_min, bounds.x_max, bounds.y_min, bounds.y_max
         given = [side for side in self.sides if not isinstance(side, str)]
         self.dry = scene.scheme.wet_limit * max(scene.depth.max(), *given, 0)
         wet = scene.depth > self.dry
         velocity = scene.velocity_x, scene.velocity_y
         self.state = State(scene.depth.copy(), *(np.where(wet, q, 0.0) for q in velocity))
-        self.dx, self.dy = lattice.dx, lattice.dy
-        x = np.pad(lattice.x_points, 2, mode="edge")
-        xi = scene.terrain.inclination(x)
-        self.along, self.normal = scene.gravity * np.sin(xi), scene.gravity * np.cos(xi)
-        self.curvature = scene.terrain.curvature(x)
         self.tangent = np.tan(np.radians(scene.friction.bed_friction))
         turbulent = isinstance(scene.friction, Voellmy)
         self.drag = scene.gravity / scene.friction.turbulent_friction if turbulent else 0.0
-        beyond = np.abs(self.along) - self.tangent * self.normal
-        self.lean = np.sign(self.along) * np.maximum(0, beyond)
-        padding = np.ones((lattice.shape[0] + 4, 1))
-        coefficients = scene.earth_pressure.coefficients()
-        self.beta_x = padding * self.normal * coefficients.x_active
-        self.beta_y = padding * self.normal * coefficients.y_active_active
-        free = np.maximum(0, beyond) / self.dx
-        self.falling = np.sqrt(scene.scheme.cfl * free)[2:-2]
-        self.rest_volume = scene.scheme.rest_share * self.volume
-        shape = lattice.shape
+        self.coefficients = scene.earth_pressure.coefficients()
+        self.along, self.normal = self.gravity(x, y)
+        self.curvature = scene.terrain.curvature(x, y)
+        excess = np.maximum(0, np.abs(self.along) - self.tangent * self.normal)
+        self.falling = np.sqrt(scene.scheme.cfl * excess * widths)
+        along, normal = self.gravity(np.array(scene.points.x, float), np.full(2, float(scene.points.y[0])))
+        self.excess = np.sign(along) * np.maximum(0, np.abs(along) - self.tangent * normal)
+        shape = scene.depth.shape
         self.max_depth, self.max_speed, self.max_flux = np.zeros((3, *shape))
         self.arrival = np.full(shape, np.nan)
         self.record()
 
+    def gravity(self, x, y):
+        xi = self.scene.terrain.inclination(x, y)
+        return self.scene.gravity * np.sin(xi), self.scene.gravity * np.cos(xi)
+
     @property
-    def volume(self):
-        return self.state.h.sum() * self.dx * self.dy
+    def rest_volume(self):
+        return self.scene.scheme.rest_share * self.released
 
     def record(self):
         h, u, v = self.state
-        square = u**2 + v**2
+        square = np.where(h > self.dry, u**2 + v**2, 0.0)
         self.max_depth = np.maximum(self.max_depth, h)
         self.max_speed = np.maximum(self.max_speed, np.sqrt(square))
         self.max_flux = np.maximum(self.max_flux, h * square)
         self.arrival[np.isnan(self.arrival) & (h > self.arrival_depth)] = self.time
 
-    def surrounded(self, state):
-        """Pad a state by its ghosts."""
-        west, east = self.beta_x[2:-2, 2], self.beta_x[2:-2, -3]
-        rises = -self.lean[0] / west * self.dx, self.lean[-1] / east * self.dx
-        return padded(state, self.sides, rises, (west, east, self.beta_y[2], self.beta_y[-3]))
+    def updated(self, source, gains, load, bed, part, dt):
+        """U_0 + part (U_1 - U_0 + dt gains), then friction on a load and drag over part dt.
 
-    def classify(self):
-        """Set padded beta_x, beta_y and still; return the largest wave rate and the volume that moves."""
-        all_ = self.surrounded(self.state)
-        material = (self.scene.earth_pressure.coefficients(), self.tangent, self.dry)
-        *status, rates = classify(all_, self.along, self.normal, *material, self.dx, self.dy)
-        rates = rates[1:-1, 1:-1]
-        status = [np.pad(q[1:-1, 1:-1], 2, mode="edge") for q in status]
-        # the first step from rest is as long as gravity lets it be
-        rate = np.where(rates > 0, np.maximum(rates, self.falling), 0).max()
-        self.beta_x, self.beta_y, self.still = status
-        driven = False
-        normal = np.broadcast_to(self.normal, self.still.shape)
-        along = np.broadcast_to(self.along, self.still.shape)
-        views = [
-            (np.s_[2:-2, 2], np.s_[2:-2, 1], self.beta_x, self.dx, -1),
-            (np.s_[2:-2, -3], np.s_[2:-2, -2], self.beta_x, self.dx, 1),
-            (np.s_[2, 2:-2], np.s_[1, 2:-2], self.beta_y, self.dy, 0),
-            (np.s_[-3, 2:-2], np.s_[-2, 2:-2], self.beta_y, self.dy, 0),
-        ]
-        for side, (cell, ghost, beta, d, outward) in zip(self.sides, views, strict=True):
-            if isinstance(side, str):
-                continue
-            drive = np.abs(beta[cell] * (side - all_.h[cell]) / d - outward * along[cell])
-            pushes = (drive > normal[cell] * self.tangent * HOLDS) & (side > self.dry)
-            held = (self.still[ghost] == 1) & (side > self.dry)
-            self.still[ghost] = np.select([pushes, held], [0.0, 2.0], self.still[ghost])
-            rate = max(rate, (pushes * 2 * np.sqrt(beta[cell] * side) / d).max())
-            driven |= (self.still[ghost] == 0).any()
-        moving = (self.state.h * (self.still[INNER] == 0)).sum() * self.dx * self.dy
-        return rate, np.inf if driven else moving
-
-    def stage(self, source, part, share, dt):
-        """U_0 + part (U_1 - U_0 + dt L(U_1)), then friction over part dt."""
-        h_0, u_0, v_0 = self.state
-        h_1, u_1, v_1 = source
-        all_ = self.surrounded(source)
-        x = fluxes(all_, self.beta_x, self.still, *self.sides[:2], self.dry)
-        y = fluxes(transposed(all_), self.beta_y.T, self.still.T, *self.sides[2:], self.dry)
-        keep = afford(h_1, x.mass, y.mass.T, dt, self.dx, self.dy)
-        self.drained += int((keep < 1).sum())
-        x, y = scaled(x, keep), scaled(y, keep.T)
-        for mass, length in ((x.mass, self.dy), (y.mass, self.dx)):
-            leaving = np.concatenate([-mass[:, 0], mass[:, -1]])
-            self.outflow += share * dt * length * np.maximum(leaving, 0).sum()
-            self.inflow -= share * dt * length * np.minimum(leaving, 0).sum()
-        y = Flux(*(q.T for q in y))
-        free = self.still[INNER] != 2
-        left = h_1 + dt * (difference(x.mass) / self.dx + difference(y.mass.T).T / self.dy)
-        load = loaded(h_1, left)
-        beta_x, beta_y = self.beta_x[INNER], self.beta_y[INNER]
-        gravity = self.along[2:-2] * load
-        force_x = beta_x * difference(x.pressure) / self.dx + gravity
-        force_y = beta_y * difference(y.pressure.T).T / self.dy
-        gains = [
-            difference(along) / self.dx + difference(across.T).T / self.dy + free * force
-            for along, across, force in (
-                (x.mass, y.mass, 0.0),
-                (x.normal, y.tangential, force_x),
-                (x.tangential, y.normal, force_y),
-            )
-        ]
-        start, source = (h_0, h_0 * u_0, h_0 * v_0), (h_1, h_1 * u_1, h_1 * v_1)
+        bed : normal load and curvature.
+        """
+        (h_0, u_0, v_0), (h_1, u_1, v_1), (normal, curvature) = self.state, source, bed
+        start, there, time = (h_0, h_0 * u_0, h_0 * v_0), (h_1, h_1 * u_1, h_1 * v_1), part * dt
         h, hu, hv = (
-            q_0 + part * (q_1 - q_0 + dt * gain) for q_0, q_1, gain in zip(start, source, gains, strict=True)
+            q_0 + part * (q_1 - q_0 + dt * gain) for q_0, q_1, gain in zip(start, there, gains, strict=True)
         )
         wet = h > self.dry
-        u, v = (np.where(wet, q / np.where(wet, h, 1.0), 0.0) for q in (hu, hv))
-        bed = self.normal[2:-2], self.curvature[2:-2]
-        return State(h, *brake(load, u_1, h, u, v, bed, self.tangent, self.drag, self.dry, part * dt))
+        depth = np.where(wet, h, 1.0)
+        u, v = (np.where(wet, q / depth, 0.0) for q in (hu, hv))
+        speed = np.hypot(u, v)
+        loss = time * self.tangent * np.maximum(0, normal + curvature * u_1**2) * load / depth
+        left = np.where(speed > loss * YIELD_TOLERANCE, speed - loss, 0.0)
+        # the positive root of left = speed' + time drag speed'^2 / h
+        left = 2 * left / (1 + np.sqrt(1 + 4 * time * self.drag * left / depth))
+        slowed = np.where(wet & (speed > 0), left / np.where(speed > 0, speed, 1.0), 0.0)
+        return State(h, slowed * u, slowed * v)
 
     def step(self, dt):
         """One step of eq. 14."""
@@ -409,6 +339,87 @@ class Run:
             self.step(dt)
             self.time = target if dt == left else self.time + dt
             self.record()
+
+
+class Run(Twin):
+    """A scene on a lattice; the state has no ghosts between steps."""
+
+    def __init__(self, scene, arrival_depth=0.0):
+        lattice = scene.points
+        self.dx, self.dy, self.drained = lattice.dx, lattice.dy, 0
+        x = np.pad(lattice.x_points, 2, mode="edge")
+        super().__init__(scene, arrival_depth, x, np.full_like(x, lattice.y_points.mean()), 1 / lattice.dx)
+        padding = np.ones((lattice.shape[0] + 4, 1))
+        self.beta_x = padding * self.normal * self.coefficients.x_active
+        self.beta_y = padding * self.normal * self.coefficients.y_active_active
+        self.released = self.state.h.sum() * self.dx * self.dy
+
+    def surrounded(self, state):
+        """Pad a state by its ghosts."""
+        west, east = self.beta_x[2:-2, 2], self.beta_x[2:-2, -3]
+        rises = -self.excess[0] / west * self.dx, self.excess[1] / east * self.dx
+        return padded(state, self.sides, rises, (west, east, self.beta_y[2], self.beta_y[-3]))
+
+    def classify(self):
+        """Set padded beta_x, beta_y and static; return the largest wave rate and the volume that moves."""
+        all_ = self.surrounded(self.state)
+        material = self.coefficients, self.tangent, self.dry
+        *status, rates = classify(all_, self.along, self.normal, *material, self.dx, self.dy)
+        rates = rates[1:-1, 1:-1]
+        status = [np.pad(q[1:-1, 1:-1], 2, mode="edge") for q in status]
+        # the first step from rest is as long as gravity lets it be
+        rate = np.where(rates > 0, np.maximum(rates, self.falling[2:-2]), 0).max()
+        self.beta_x, self.beta_y, self.static = status
+        driven = False
+        normal = np.broadcast_to(self.normal, self.static.shape)
+        along = np.broadcast_to(self.along, self.static.shape)
+        views = [
+            (np.s_[2:-2, 2], np.s_[2:-2, 1], self.beta_x, self.dx, -1),
+            (np.s_[2:-2, -3], np.s_[2:-2, -2], self.beta_x, self.dx, 1),
+            (np.s_[2, 2:-2], np.s_[1, 2:-2], self.beta_y, self.dy, 0),
+            (np.s_[-3, 2:-2], np.s_[-2, 2:-2], self.beta_y, self.dy, 0),
+        ]
+        for side, (cell, ghost, beta, d, outward) in zip(self.sides, views, strict=True):
+            if isinstance(side, str):
+                continue
+            drive = np.abs(beta[cell] * (side - all_.h[cell]) / d - outward * along[cell])
+            pushes = (drive > normal[cell] * self.tangent * YIELD_TOLERANCE) & (side > self.dry)
+            held = (self.static[ghost] == 1) & (side > self.dry)
+            self.static[ghost] = np.select([pushes, held], [0.0, 2.0], self.static[ghost])
+            rate = max(rate, (pushes * 2 * np.sqrt(beta[cell] * side) / d).max())
+            driven |= (self.static[ghost] == 0).any()
+        moving = (self.state.h * (self.static[INNER] == 0)).sum() * self.dx * self.dy
+        return rate, np.inf if driven else moving
+
+    def stage(self, source, part, share, dt):
+        """U_0 + part (U_1 - U_0 + dt L(U_1)), then friction over part dt."""
+        h_1, all_ = source.h, self.surrounded(source)
+        x = fluxes(all_, self.beta_x, self.static, *self.sides[:2], self.dry)
+        y = fluxes(transposed(all_), self.beta_y.T, self.static.T, *self.sides[2:], self.dry)
+        keep = outflow_limits(h_1, x.mass, y.mass.T, dt, self.dx, self.dy)
+        self.drained += int((keep < 1).sum())
+        x, y = scaled(x, keep), scaled(y, keep.T)
+        for k, (mass, length) in enumerate(((x.mass, self.dy), (y.mass, self.dx))):
+            for side, leaving in ((2 * k, -mass[:, 0]), (2 * k + 1, mass[:, -1])):
+                self.ledger[side, 1] += share * dt * length * np.maximum(leaving, 0).sum()
+                self.ledger[side, 0] -= share * dt * length * np.minimum(leaving, 0).sum()
+        y = Flux(*(q.T for q in y))
+        free = self.static[INNER] != 2
+        left = h_1 + dt * (difference(x.mass) / self.dx + difference(y.mass.T).T / self.dy)
+        load = loaded(h_1, left)
+        beta_x, beta_y = self.beta_x[INNER], self.beta_y[INNER]
+        gravity = self.along[2:-2] * load
+        force_x = beta_x * difference(x.pressure) / self.dx + gravity
+        force_y = beta_y * difference(y.pressure.T).T / self.dy
+        gains = [
+            difference(along) / self.dx + difference(across.T).T / self.dy + free * force
+            for along, across, force in (
+                (x.mass, y.mass, 0.0),
+                (x.normal, y.tangential, force_x),
+                (x.tangential, y.normal, force_y),
+            )
+        ]
+        return self.updated(source, gains, load, (self.normal[2:-2], self.curvature[2:-2]), part, dt)
 
 
 def simulate(scene, times, arrival_depth=0.0):

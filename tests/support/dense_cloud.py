@@ -3,42 +3,36 @@
 Faces are the inner ones, then the boundary ones, whose right cell is a ghost of their own.
 """
 
-from dataclasses import dataclass, field
-
 import numpy as np
-from dense import HOLDS, SPARE, State, brake, follows, hll, leaving_at_depth, loaded, of_all
+from dense import (
+    RETAINED,
+    YIELD_TOLERANCE,
+    State,
+    Twin,
+    face_state,
+    hll,
+    leaving_at_depth,
+    limited,
+    loaded,
+    pressures,
+    steepness_of,
+)
 
 from solver.lmls.shape_functions import approximation
-from solver.physics.friction import Voellmy
 from solver.points.voronoi import SIDE_NORMALS
-
-NAMES = ("x_min", "x_max", "y_min", "y_max")
 
 
 def toward(gap, ahead, part, steepness):
     """Limited step to a part of the way to a neighbour, from the gradient's and the true difference to it."""
-    behind = 2 * gap - ahead
-    most = steepness / 2 * np.minimum(np.abs(behind), np.abs(ahead))
-    wanted = part * np.abs(gap + (ahead - gap) / 3)
-    return np.where(behind * ahead > 0, np.sign(ahead) * np.minimum(wanted, most), 0.0)
+    return limited(part * np.abs(gap + (ahead - gap) / 3), 2 * gap - ahead, ahead, steepness)
 
 
-@dataclass
-class CloudRun:
+class CloudRun(Twin):
     """A scene stepped by the dense scheme."""
 
-    scene: object
-    arrival_depth: float = 0.0
-    time: float = 0.0
-    steps: int = 0
-    rest_time: float = np.nan
-    rationed: int = 0
-    ledger: np.ndarray = field(default_factory=lambda: np.zeros((4, 2)))
-
-    def __post_init__(self):
-        scene, cells = self.scene, self.scene.points.control_volumes
-        self.cells, self.n = cells, len(cells.area)
-        scheme, friction, b = scene.scheme, scene.friction, len(cells.side)
+    def __init__(self, scene, arrival_depth=0.0):
+        cells, scheme = scene.points.control_volumes, scene.scheme
+        self.cells, self.n, self.limited, b = cells, len(cells.area), 0, len(cells.side)
         slope = approximation(
             cells.centroid,
             cells.centroid,
@@ -48,20 +42,6 @@ class CloudRun:
             second_moment=cells.second_moment,
         )
         self.neighbours, self.weights = slope.neighbours, (slope.along, slope.across)
-        x, y = cells.centroid.T
-        xi = scene.terrain.inclination(x, y)
-        self.along, self.normal = scene.gravity * np.sin(xi), scene.gravity * np.cos(xi)
-        self.curvature = scene.terrain.curvature(x, y)
-        self.tangent = np.tan(np.radians(friction.bed_friction))
-        self.drag = scene.gravity / friction.turbulent_friction if isinstance(friction, Voellmy) else 0.0
-        self.coefficients = scene.earth_pressure.coefficients()
-        self.kinds = [getattr(scene.boundaries, NAMES[side]) for side in cells.side]
-        given = [k for k in self.kinds if not isinstance(k, str)]
-        self.dry = scheme.wet_limit * max(scene.depth.max(), *given, 0)
-        wet = scene.depth > self.dry
-        self.state = State(
-            scene.depth.copy(), *(np.where(wet, q, 0.0) for q in (scene.velocity_x, scene.velocity_y))
-        )
         # faces
         outward = SIDE_NORMALS[cells.side]
         self.left = np.concatenate([cells.left, cells.side_cell])
@@ -80,17 +60,12 @@ class CloudRun:
             part = (to * sign * self.way).sum(axis=1) / (self.way**2).sum(axis=1)
             self.part.append(part)
             self.rest_of_way.append(to - sign * part[:, None] * self.way)
-        end = np.array(scene.points.x, dtype=float)
-        slope_there = scene.terrain.inclination(end, np.full(2, float(scene.points.y[0])))
-        pull, hold = scene.gravity * np.sin(slope_there), scene.gravity * np.cos(slope_there) * self.tangent
-        lean = np.concatenate([np.sign(pull) * np.maximum(0, np.abs(pull) - hold), [0, 0]])
-        self.rise = self.way[self.inner :, 0] * lean[cells.side]
-        self.beta = self.normal * self.coefficients.x_active, self.normal * self.coefficients.y_active_active
         self.widths = self.measure()
-        self.rest_volume = scheme.rest_share * self.volume
-        self.max_depth, self.max_speed, self.max_flux = np.zeros((3, self.n))
-        self.arrival = np.full(self.n, np.nan)
-        self.record()
+        super().__init__(scene, arrival_depth, *cells.centroid.T, self.widths[0])
+        self.kinds = [self.sides[side] for side in cells.side]
+        self.rise = self.way[self.inner :, 0] * np.concatenate([self.excess, [0, 0]])[cells.side]
+        self.beta = self.normal * self.coefficients.x_active, self.normal * self.coefficients.y_active_active
+        self.released = self.state.h @ cells.area
 
     def around(self, values):
         """Sum over the faces of each cell of values (f,), of faces or of both their sides."""
@@ -113,18 +88,6 @@ class CloudRun:
             count = 1 + self.around(np.arange(len(self.left)) < self.inner)
             widths.append(np.maximum(own / 1.25, (own + beyond) / count))
         return (*widths, *shape)
-
-    @property
-    def volume(self):
-        return float(self.state.h @ self.cells.area)
-
-    def record(self):
-        h, u, v = self.state
-        square = np.where(h > self.dry, u**2 + v**2, 0.0)
-        self.max_depth = np.maximum(self.max_depth, h)
-        self.max_speed = np.maximum(self.max_speed, np.sqrt(square))
-        self.max_flux = np.maximum(self.max_flux, h * square)
-        self.arrival[np.isnan(self.arrival) & (h > self.arrival_depth)] = self.time
 
     def with_ghosts(self, state):
         """Cells, then ghosts."""
@@ -157,23 +120,18 @@ class CloudRun:
         return found
 
     def classify(self):
-        """Set beta and still of cells and ghosts; return the largest wave rate and the volume that moves."""
+        """Set beta and static of cells and ghosts; return the largest wave rate and the volume that moves."""
         h, u, v = self.state
         all_, wet = self.with_ghosts(self.state), h > self.dry
-        x_a, x_p, y_aa, y_ap, y_pa, y_pp = self.coefficients
         w_x, w_y, w, m_x, m_xy = self.widths
         tie = -1e-10 * w * (np.abs(u) + np.abs(v) + np.sqrt(self.normal * h))
         extends_x = ~wet | (self.slopes_of_velocity(u, h)[:, 0] >= tie)
         extends_y = ~wet | (self.slopes_of_velocity(v, h)[:, 1] >= tie)
-        b_x = self.normal * np.where(extends_x, x_a, x_p)
-        k_y = np.select([extends_x & extends_y, extends_x, extends_y], [y_aa, y_ap, y_pa], y_pp)
-        b_y = self.normal * k_y
+        b_x, b_y = pressures(self.normal, extends_x, extends_y, self.coefficients)
         square = np.maximum(0, m_x * u**2 + (1 - m_x) * v**2 + 2 * m_xy * u * v)
         leaving = np.minimum(w * np.sqrt(square), w_x * np.abs(u) + w_y * np.abs(v))
         waves = w * np.sqrt((m_x * b_x + (1 - m_x) * b_y) * h)
-        free = np.maximum(0, np.abs(self.along) - self.tangent * self.normal)
-        falling = np.sqrt(self.scene.scheme.cfl * free * w_x)
-        rate = np.where(wet, np.maximum(leaving + waves, falling), 0.0).max()
+        rate = np.where(wet, np.maximum(leaving + waves, self.falling), 0.0).max()
         # held where the drive at no face but a wall's exceeds friction
         gradient, exceeds = self.slopes(h), np.zeros(self.n, dtype=int)
         walled = np.zeros(len(self.left), dtype=bool)
@@ -186,11 +144,11 @@ class CloudRun:
             slope = gradient[i] + more[:, None] * way
             pull = np.stack([b_x[i] * slope[:, 0] - self.along[i], b_y[i] * slope[:, 1]], axis=1)
             slides_in = (all_.h[there[f]] <= self.dry) & ((pull * way).sum(axis=1) >= 0)
-            limit = self.normal[i] * self.tangent * HOLDS
+            limit = self.normal[i] * self.tangent * YIELD_TOLERANCE
             np.add.at(exceeds, i, ~slides_in & (np.hypot(*pull.T) > limit))
         held = wet & (u == 0) & (v == 0) & (exceeds == 0)
         cell = self.cells.side_cell
-        still = np.concatenate([(~wet | held), (~wet | held)[cell]])
+        static = np.concatenate([(~wet | held), (~wet | held)[cell]])
         self.beta = tuple(np.concatenate([q, q[cell]]) for q in (b_x, b_y))
         driven = False
         for b, kind in enumerate(self.kinds):
@@ -200,17 +158,17 @@ class CloudRun:
             n_x, n_y = self.face_normal[f]
             b_n = b_x[i] * n_x**2 + b_y[i] * n_y**2
             push = np.abs(b_n * (kind - h[i]) / np.hypot(*self.way[f]) - n_x * self.along[i])
-            if push > self.normal[i] * self.tangent * HOLDS:
-                still[self.n + b], driven = False, True
+            if push > self.normal[i] * self.tangent * YIELD_TOLERANCE:
+                static[self.n + b], driven = False, True
                 rate = max(rate, 2 * np.sqrt(b_n * kind) * self.length[f] / self.cells.area[i])
-            driven |= not still[self.n + b]
+            driven |= not static[self.n + b]
         given = [not isinstance(kind, str) and kind > self.dry for kind in self.kinds]
-        self.still, self.held = still, np.concatenate([held, (held[cell] | given) & still[self.n :]])
-        moving = (h * self.cells.area)[~still[: self.n]].sum()
+        self.static, self.held = static, np.concatenate([held, (held[cell] | given) & static[self.n :]])
+        moving = (h * self.cells.area)[~static[: self.n]].sum()
         return rate, np.inf if driven else moving
 
-    def shown(self, state, side):
-        """Depth, normal and tangential velocity at the midpoints of faces, seen from one side."""
+    def face_states(self, state, side):
+        """Depth, normal and tangential velocity at the midpoints of faces, on one side."""
         here, beyond = (self.left, self.right) if side == 0 else (self.right, self.left)
         sign, part, off = 1 - 2 * side, self.part[side], self.rest_of_way[side]
         way, n = sign * self.way, self.face_normal
@@ -231,25 +189,17 @@ class CloudRun:
         ahead, t_ahead = np.where(h_1 > self.dry, (n_1, t_1), (n_0, t_0))
         n_behind = ahead - 2 * n_gap
         beta = sum(b[here] * q**2 for b, q in zip(self.beta, n.T, strict=True))
-        behind = np.where(h_behind > self.dry, n_behind, n_0)
-        stopped = np.minimum(np.abs(ahead), np.abs(behind)) < sign * (behind - ahead)
-        steepness = np.where(stopped, 1.0, 2.0)
-        base = h_0 + toward(h_gap, h_1 - h_0, part, steepness)
-        depth = np.minimum(np.maximum(base + h_off, np.where(sign * n_0 > 0, 0.1 * h_0, 0)), 2 * h_0)
-        normal = n_0 + toward(n_gap, ahead - n_0, part, steepness) + n_off
-        tangential = t_0 + toward(t_gap, t_ahead - t_0, part, 2.0) + t_off
-        everything = (depth > 1.9 * h_0) & (sign * normal > 0)
-        led = follows(n_0, n_behind, beta * h_behind, sign)
-        depth[(h_1 <= self.dry) & (h_0 < 0.45 * h_behind) & led] = 0
-        return (
-            depth,
-            of_all(normal, n_0, everything),
-            of_all(tangential, t_0, everything),
+        steepness = steepness_of(sign * np.where(h_behind > self.dry, n_behind, n_0), sign * ahead)
+        at_face = (
+            h_0 + toward(h_gap, h_1 - h_0, part, steepness) + h_off,
+            toward(n_gap, ahead - n_0, part, steepness) + n_off,
+            toward(t_gap, t_ahead - t_0, part, 2.0) + t_off,
         )
+        behind = h_behind, n_behind, beta * h_behind
+        return face_state((h_0, n_0, t_0), at_face, h_1, behind, sign, self.dry)
 
     def stage(self, source, part, share, dt):
         """U_0 + part (U_1 - U_0 + dt L(U_1)), then friction over part dt."""
-        h_0, u_0, v_0 = self.state
         h_1, u_1, v_1 = source
         all_, area = self.with_ghosts(source), self.cells.area
         n_x, n_y = self.face_normal.T
@@ -257,14 +207,14 @@ class CloudRun:
         c = [
             np.sqrt((beta[0][k] * n_x**2 + beta[1][k] * n_y**2) * all_.h[k]) for k in (self.left, self.right)
         ]
-        low, high = (list(self.shown(all_, side)) for side in (0, 1))
+        low, high = (list(self.face_states(all_, side)) for side in (0, 1))
         for b, kind in enumerate(self.kinds):
             f = self.inner + b
             if kind in ("wall", "no-slip"):
                 tangential = low[2][f] if kind == "wall" else -low[2][f]
                 high[0][f], high[1][f], high[2][f], c[1][f] = low[0][f], -low[1][f], tangential, c[0][f]
-        still = [self.still[k].astype(float) + self.held[k] for k in (self.left, self.right)]
-        flux = hll(*low, *high, *c, *still, self.dry)
+        static = [self.static[k].astype(float) + self.held[k] for k in (self.left, self.right)]
+        flux = hll(*low, *high, *c, *static, self.dry)
         mass, normal, tangential, pressure = (np.array(q) for q in flux)
         for b, kind in enumerate(self.kinds):
             f, i = self.inner + b, self.cells.side_cell[b]
@@ -276,9 +226,9 @@ class CloudRun:
                 n, t = n_x[f] * u_1[i] + n_y[f] * v_1[i], n_x[f] * v_1[i] - n_y[f] * u_1[i]
                 tangential[f] = (np.abs(n) + c[0][f]) * h_1[i] * t
         lost = dt * self.around((self.length * np.maximum(mass, 0), self.length * np.maximum(-mass, 0)))
-        most = (1 - SPARE) * h_1 * area
+        most = (1 - RETAINED) * h_1 * area
         keep = np.where(lost > most, most / np.where(lost > most, lost, 1.0), 1.0)
-        self.rationed += int((keep < 1).sum())
+        self.limited += int((keep < 1).sum())
         keep = np.concatenate([keep, np.ones(len(self.kinds))])
         scale = np.where(mass > 0, keep[self.left], np.where(mass < 0, keep[self.right], 1.0))
         mass, normal, tangential = mass * scale, normal * scale, tangential * scale
@@ -293,38 +243,7 @@ class CloudRun:
             push = self.around((-self.length * n * pressure, self.length * n * pressure))
             carried = self.around((-self.length * q, self.length * q))
             gains.append(carried / area + free * (b[: self.n] * push / area + pull * load))
-        start, there = (h_0, h_0 * u_0, h_0 * v_0), (h_1, h_1 * u_1, h_1 * v_1)
-        h, hu, hv = (
-            q_0 + part * (q_1 - q_0 + dt * gain) for q_0, q_1, gain in zip(start, there, gains, strict=True)
-        )
-        wet = h > self.dry
-        u, v = (np.where(wet, q / np.where(wet, h, 1.0), 0.0) for q in (hu, hv))
-        bed = self.normal, self.curvature
-        return State(h, *brake(load, u_1, h, u, v, bed, self.tangent, self.drag, self.dry, part * dt))
-
-    def step(self, dt):
-        """One step of eq. 14."""
-        one = self.stage(self.state, 1.0, 1 / 6, dt)
-        two = self.stage(one, 1 / 4, 1 / 6, dt)
-        self.state = self.stage(two, 2 / 3, 2 / 3, dt)
-        self.steps += 1
-
-    def advance(self, target):
-        """Step to a time, or until next to nothing moves."""
-        while self.time < target:
-            rate, moving = self.classify()
-            unmoved = self.steps > 0 and not self.state.u.any() and not self.state.v.any()
-            if moving <= self.rest_volume or (unmoved and moving < np.inf):
-                self.rest_time = self.time
-                self.state = State(self.state.h, *np.zeros((2, self.n)))
-                return
-            left = target - self.time
-            dt = min(self.scene.scheme.cfl / rate if rate > 0 else left, left)
-            if dt < left < 2 * dt:
-                dt = left / 2
-            self.step(dt)
-            self.time = target if dt == left else self.time + dt
-            self.record()
+        return self.updated(source, gains, load, (self.normal, self.curvature), part, dt)
 
 
 def simulate(scene, end, arrival_depth=0.0):

@@ -1,11 +1,11 @@
 """The collocation form in plain NumPy, with full matrices over points and images: one step at a time."""
 
 import numpy as np
-from dense import brake
+from dense import Twin, pressures
 
 from solver.collocation.run import AROUND, images_of
 from solver.kernels.runge_kutta import SSP_RK3
-from solver.run import gravity_along_and_normal, sides_of
+from solver.run import sides_of
 
 
 def spread_out(neighbours, weights, columns):
@@ -15,11 +15,11 @@ def spread_out(neighbours, weights, columns):
     return matrix
 
 
-class DenseCollocation:
+class DenseCollocation(Twin):
     """A scene stepped by full matrices; no dry region is left out."""
 
     def __init__(self, scene, operators):
-        self.scene, self.scheme = scene, scene.scheme
+        self.scheme = scene.scheme
         stencils = operators.stencils
         self.n, columns = operators.count, len(operators.area)
         self.images, self.area = images_of(operators, sides_of(scene)), operators.area[: self.n]
@@ -30,13 +30,9 @@ class DenseCollocation:
         self.around = spread_out(near[:, :AROUND], np.ones_like(x[:, :AROUND]), columns)
         self.exchange = self.mean_exchange(operators)
         self.places = operators.coordinates
-        along, across = (a.ravel() for a in scene.points.coordinates)
-        self.along, self.normal = gravity_along_and_normal(scene, along, across)
-        self.curvature = scene.terrain.curvature(along, across)
+        super().__init__(scene, 0.0, *(a.ravel() for a in scene.points.coordinates))
         deepest = scene.depth.max()
-        self.dry, self.film, self.floor = (
-            part * deepest for part in (self.scheme.wet_limit, self.scheme.film, self.scheme.floor)
-        )
+        self.film, self.floor = self.scheme.film * deepest, self.scheme.floor * deepest
         self.state = [a.ravel().copy() for a in (scene.depth, scene.velocity_x, scene.velocity_y)]
 
     def mean_exchange(self, operators):
@@ -79,11 +75,8 @@ class DenseCollocation:
         u_x, v_y = (
             d @ (wet * q) - q[: self.n] * (d @ wet.astype(float)) for d, q in ((self.d_x, u), (self.d_y, v))
         )
-        x_a, x_p, y_aa, y_ap, y_pa, y_pp = self.scene.earth_pressure.coefficients()
         extends_x, extends_y = ((q >= 0) | ~wet[: self.n] for q in (u_x, v_y))
-        return self.normal * np.where(extends_x, x_a, x_p), self.normal * np.select(
-            [extends_x & extends_y, extends_x, extends_y], [y_aa, y_ap, y_pa], y_pp
-        )
+        return pressures(self.normal, extends_x, extends_y, self.coefficients)
 
     def relaxed(self, h, hu, hv):
         """Eqs. 24 and 25, as an exchange between pairs or as printed."""
@@ -135,28 +128,17 @@ class DenseCollocation:
 
     def step(self, dt):
         """One step of eq. 14."""
-        n, start, tangent = self.n, self.state, self.scene.friction.tangent
-        drag = self.scene.gravity / getattr(self.scene.friction, "turbulent_friction", np.inf)
+        source = self.state
         beta_x, beta_y = self.pressure()
         for part in SSP_RK3:
-            h_1, u_1, v_1 = self.state
-            h, u, v = self.filled(*self.state)
+            h, u, v = self.filled(*source)
             mass, along, across = (
                 self.d_x @ (h * u * q) + self.d_y @ (h * v * q) for q in (np.ones_like(h), u, v)
             )
-            depth = np.maximum(h_1, 0)
+            depth = np.maximum(source[0], 0)
             gain_u = depth * (self.along - beta_x * (self.d_x @ h)) - along
             gain_v = -depth * beta_y * (self.d_y @ h) - across
-            h, hu, hv = (
-                q_0 + part * (q_1 - q_0 + dt * gain)
-                for q_0, q_1, gain in (
-                    (start[0], h_1, -mass),
-                    (start[0] * start[1], h_1 * u_1, gain_u),
-                    (start[0] * start[2], h_1 * v_1, gain_v),
-                )
-            )
-            divisor = np.where(h > self.dry, h, 1.0)
             bed = self.normal, self.curvature
-            u, v = brake(depth, u_1, h, hu / divisor, hv / divisor, bed, tangent, drag, self.dry, part * dt)
-            self.state = self.velocities(*self.relaxed(h, h * u, h * v))
-        assert len(self.state[0]) == n
+            h, u, v = self.updated(source, (-mass, gain_u, gain_v), depth, bed, part, dt)
+            source = self.velocities(*self.relaxed(h, h * u, h * v))
+        self.state = source

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from pipeline.batch.task import Job, perform
-from pipeline.runs.runs import expand
-from pipeline.runs.shared_points import share
+from pipeline.runs.runs import expand, share
 from pipeline.runs.template import template, variables
 from pipeline.scenario.scenario import load
 from pipeline.store import layout

@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from solver.physics.friction import friction_coefficient
+
 Data = dict[str, Any]
 Generator = np.random.Generator
 
@@ -100,7 +102,7 @@ def steepest(terrain: Data) -> float:
 def spare_friction(terrain: Data, material: Data, gravity: float) -> float:
     """Least by which friction exceeds gravity along the bed, m s-2; below 0 where it does not."""
     steep = math.radians(steepest(terrain))
-    hold = math.tan(math.radians(material["bed_friction"])) * math.cos(steep)
+    hold = friction_coefficient(material["bed_friction"]) * math.cos(steep)
     return gravity * (hold - math.sin(steep))
 
 

@@ -13,13 +13,15 @@ import yaml
 from numpy.typing import NDArray
 
 from pipeline.mistakes import BadInput
-from pipeline.runs.runs import Prepared, Run, build_scene
+from pipeline.runs.run import Run
+from pipeline.runs.scene_of_run import Prepared, build_scene
 from pipeline.runs.shared_points import made
 from pipeline.scenario.point_file import PointFile
 from pipeline.scenario.scenario import load
 from pipeline.scenario.schema_errors import check
 from pipeline.scenario.strict_yaml import parse
 from pipeline.studies.stress import draws
+from solver.physics.constants import GRAVITY
 
 Data = draws.Data
 
@@ -75,7 +77,7 @@ def draw(seed: int, number: int) -> Drawn:
     rng = np.random.default_rng([seed, number])
     layout = draws.chosen(rng, LAYOUTS)
     kind = "collocation" if "collocation" in layout else "lattice" if layout == "lattice" else "cloud"
-    gravity = draws.rounded(9.81 if rng.random() < 0.4 else draws.log_uniform(rng, 1e-3, 30.0))
+    gravity = draws.rounded(GRAVITY if rng.random() < 0.4 else draws.log_uniform(rng, 1e-3, 30.0))
     radius = draws.rounded(draws.log_uniform(rng, 1e-2, 1e3))
     height, relief = draws.draw_height(rng, radius)
     across = draws.log_uniform(rng, LEAST_ACROSS[kind], MOST_ACROSS[kind])

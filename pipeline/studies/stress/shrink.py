@@ -10,9 +10,10 @@ from time import perf_counter
 import numpy as np
 
 from pipeline.studies.stress.scenes import Data, Drawn
+from solver.physics.constants import GRAVITY
 
 MOST_SECONDS = 60.0
-PLAIN: Data = {"gravity": 9.81}
+PLAIN: Data = {"gravity": GRAVITY}
 # Cells across a domain at least: in one cell everything is beyond what the laws can say.
 FEWEST_ACROSS = 8
 

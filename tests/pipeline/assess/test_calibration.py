@@ -81,8 +81,9 @@ def test_polygons_on_the_map_are_outlines_in_any_reference_system(made, outline,
         read(path, made, 0.1)
 
 
-def test_a_raster_on_the_map_is_a_survey(made, tmp_path):
-    path = tmp_path / "depth.tif"
+@pytest.mark.parametrize("name", ["depth.tif", "DEPTH.TIF"])
+def test_a_raster_on_the_map_is_a_survey(made, tmp_path, name):
+    path = tmp_path / name
     # cells of 1 m, row 0 in the north; nodata beyond x = 6
     depth = np.full((5, 10), -9999.0, np.float32)
     depth[:, 3:7] = 2
@@ -110,7 +111,15 @@ def test_accepted_runs_narrow_the_parameters(made, outline):
     [
         ("x,z\n1,2\n", "expected x, y and perhaps depth"),
         ("x,y\n1,2\n3,4\n", "expected 3 or more corners of an outline, found 2"),
-        ("x,y\n100,1\n101,1\n101,2\n", "no cell of synthetic is part of the deposit"),
+        ("x,y\n1,1\n1.1,1\n1.1,1.1\n", "no cell of synthetic is part of the deposit"),
+        ("x,y\n2700100,1\n2700101,1\n2700101,2\n", "is outside the domain of synthetic, x -1 to 10 m"),
+        (
+            "x,y\n2,0\n12,0\n12,4\n2,4\n",
+            "20 % of the observed deposit, x 2 to 12 m and y 0 to 4 m",
+        ),
+        ("x,y,depth\n8,1,0.5\n9,1,0.5\n14,1,0.5\n", "33 % of the observed deposit"),
+        ("x,y,depth\n20,1,0\n21,1,0\n", "expected places in the domain of synthetic, found none"),
+        ("x,y,depth\n1,1,2\n2,1,-9999\n", "expected depths of at least 0 m, found -9999 in 1 of 2 places"),
         ("x,y,depth\n1,2,nan\n", "expected finite numbers"),
         ("x,y\n1,a\n", "expected x, y and perhaps depth"),
     ],
@@ -120,3 +129,17 @@ def test_an_observation_that_cannot_be_used_is_told(made, tmp_path, text, messag
     path.write_text(text)
     with pytest.raises(ObservationError, match=message):
         read(path, made, 0.1)
+
+
+def test_the_deposit_of_a_run_itself_is_met_whatever_film_lies_around_it(made, tmp_path):
+    film = made["deposit_depth"].where(made["deposit_depth"] > 0, 0.05)
+    made = made.assign(deposit_depth=film)
+    x, y = np.meshgrid(made["x"], made["y"])
+    depth = film[2].to_numpy()
+    rows = pd.DataFrame({"x": x.ravel(), "y": y.ravel(), "depth": depth.ravel()})
+    for name, kept in (("whole", rows), ("deposit", rows[rows["depth"] > 0.1])):
+        path = tmp_path / f"{name}.csv"
+        kept.to_csv(path, index=False)
+        best = score(made, read(path, made, 0.1), 0.1).iloc[0]
+        assert (best["run"], best["critical_success_index"]) == (2, 1)
+        assert (best["volume_misfit"], best["depth_rmse"]) == (0, 0)

@@ -5,6 +5,7 @@ from stores import POINTS, SCATTERED, store_of
 
 from pipeline.assess.frames import cell_area, follow
 from pipeline.assess.gridding import gridded
+from pipeline.store.variables import Status
 from solver.lmls.gridding import gridding
 from solver.points.cloud import random_points
 from solver.points.lattice import Lattice
@@ -53,7 +54,7 @@ class TestAStoreOfACloud:
         assert {"x", "y", "area", "elevation"} <= set(store.coords)
         assert float(store["area"].sum()) == pytest.approx(40, rel=1e-13)
         assert store["area"].attrs["units"] == "m2"
-        assert (store["status"] == 1).all()
+        assert (store["status"] == Status.CUT_OFF).all()
         volumes = (store["depth"].astype(float) * store["area"]).sum("point")
         np.testing.assert_allclose(volumes, 2.0, rtol=1e-6)
         assert np.abs(store["volume_error"]).max() < 1e-12

@@ -37,7 +37,8 @@ def test_failures_are_listed_at_the_end_with_place_and_reason(scenario_file, out
         solve = partial(by_friction, log=log)
         complete(load([file]), out, Console(width=200), solve=solve)
     lines = capsys.readouterr().out.splitlines()
-    assert lines[-1] == f"{file}:9: box run 1, bed_friction=11.0: failed: ValueError: this run raises"
+    assert lines[-1] == "1 failed; run again with --retry-failed to repeat them"
+    assert lines[-2] == f"{file}:9: box run 1, bed_friction=11.0: failed: ValueError: this run raises"
     assert any("0 running" not in line and "running" in line and "left" in line for line in lines)
 
 

@@ -1,16 +1,23 @@
 import fcntl
 import json
+import logging
+import os
 import subprocess
 import sys
 from functools import partial
+from importlib.metadata import version
+from itertools import pairwise
 from pathlib import Path
 
 import pandas as pd
 import pytest
 import xarray as xr
 from commands import pipeline
+from rich.console import Console
 from stub_solvers import RAISES, by_friction, still
 
+from pipeline.assess import plots
+from pipeline.cli import display
 from pipeline.store import zarr_store
 from pipeline.store.run_table import HEAD
 from pipeline.store.variables import PER_RUN
@@ -44,7 +51,8 @@ def test_a_run_ends_with_a_table_and_the_paths(scenario_file, tmp_path, solve):
     result = pipeline("run", scenario_file(20, 21), "--out", out)
     assert result.exit_code == 0
     lines = result.stdout.splitlines()
-    assert lines[-2:] == [str(out / "box.zarr"), str(out / "summary.csv")]
+    assert lines[-3:-1] == [str(out / "box.zarr"), str(out / "summary.csv")]
+    assert lines[-1] == f"next: pipeline tables {out}, pipeline hazard {out}, pipeline report {out}"
     assert "bed_friction=21" in result.stdout
     table = pd.read_csv(out / "summary.csv")
     assert list(table.columns) == [*HEAD, "bed_friction", "weight", *(v.name for v in PER_RUN)]
@@ -162,7 +170,9 @@ def test_validate_lists_the_runs_and_writes_nothing(scenario_file, tmp_path):
     before = sorted(tmp_path.iterdir())
     result = pipeline("validate", file)
     assert result.exit_code == 0
-    assert result.stdout.splitlines()[0] == f"{file}: box: 2 runs"
+    first = result.stdout.splitlines()[0]
+    assert first.startswith(f"{file}: box: 2 runs, ")
+    assert "points, memory" in first
     assert "bed_friction=20" in result.stdout.splitlines()[1]
     assert sorted(tmp_path.iterdir()) == before
 
@@ -223,3 +233,147 @@ def test_weights_may_change_without_a_run_being_done_again(scenario_file, out, s
         after.drop_vars("weight").drop_attrs(), before.drop_vars(["weight", "return_period"]).drop_attrs()
     )
     assert pipeline("verify", out).exit_code == 0
+
+
+def test_a_second_run_says_that_nothing_was_left(scenario_file, out, solve):
+    file = scenario_file(20, 21)
+    assert "nothing was left to do" not in pipeline("run", file, "--out", out).stdout
+    assert "nothing was left to do" in pipeline("run", file, "--out", out).stdout
+
+
+def test_runs_that_failed_earlier_tell_their_reason_again(scenario_file, out, log, solve):
+    solve(partial(by_friction, log=log))
+    file = scenario_file(20, RAISES)
+    pipeline("run", file, "--out", out)
+    reason = "box run 1, bed_friction=11.0: failed: ValueError: this run raises"
+    for again in (pipeline("run", file, "--out", out), pipeline("status", out)):
+        assert reason in again.stdout
+        assert "1 failed; run again with --retry-failed to repeat them" in again.stdout
+    solve(still)
+    mended = pipeline("run", file, "--out", out, "--retry-failed")
+    assert mended.exit_code == 0
+    assert "failed:" not in mended.stdout
+    assert "--retry-failed" not in mended.stdout
+
+
+def test_quiet_prints_nothing(scenario_file, out, log, solve):
+    result = pipeline("run", scenario_file(20, 21), "--out", out, "--quiet")
+    assert (result.exit_code, result.output) == (0, "")
+    assert len(pd.read_csv(out / "summary.csv")) == 2
+
+
+def test_json_is_for_other_programs(scenario_file, out, log, solve):
+    solve(partial(by_friction, log=log))
+    file = scenario_file(20, RAISES)
+    (checked,) = json.loads(pipeline("validate", file, "--json").stdout)["scenarios"]
+    assert checked["runs"] == [{"bed_friction": 20.0}, {"bed_friction": RAISES}]
+    pipeline("run", file, "--out", out)
+    told = json.loads(pipeline("status", out, "--json").stdout)
+    assert told["in_use_by"] is None
+    (scenario,) = told["scenarios"]
+    assert scenario["runs"] == {"done": 1, "failed": 1}
+    assert scenario["failures"] == [
+        {"run": 1, "parameters": {"bed_friction": RAISES}, "reason": "ValueError: this run raises"}
+    ]
+    rows = json.loads(pipeline("summary", out, "--json").stdout)
+    assert [row["status"] for row in rows] == ["done", "failed"]
+    assert [row["front_x"] for row in rows] == [3, None]
+    wrong = pipeline("validate", scenario_file(replace=("height: 0.5", "height: -1")), "--json")
+    assert wrong.exit_code == 2
+    (mistake,) = json.loads(wrong.stdout)["mistakes"]
+    assert (mistake["line"], mistake["key"]) == (6, "release.height")
+
+
+def test_the_version_is_printed():
+    assert pipeline("--version").stdout == f"lmls {version('lmls')}\n"
+
+
+def test_the_shell_completes_commands():
+    shown = subprocess.run(
+        [sys.executable, "-m", "pipeline"],
+        env=os.environ
+        | {"_PIPELINE_COMPLETE": "complete_bash", "COMP_WORDS": "pipeline sta", "COMP_CWORD": "1"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert "status" in shown.stdout + shown.stderr
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (
+            ["--memory-limit", "2"],
+            "--memory-limit: expected a size as 2GB or 500MiB, found '2', which is 2 bytes",
+        ),
+        (
+            ["--scheduler", "localhost"],
+            "--scheduler: expected an address as tcp://host:8786, found 'localhost'",
+        ),
+        (["--part", "1/2", "--overwrite"], "--overwrite: expected without --part"),
+    ],
+)
+def test_options_that_cannot_be_end_with_a_sentence(scenario_file, out, options, words):
+    result = pipeline("run", scenario_file(), "--out", out, *options)
+    assert result.exit_code == 2
+    assert result.stderr.startswith(words)
+    assert not out.exists()
+
+
+def test_plot_chooses_frames_evenly_or_by_their_times(scenario_file, out, solve, monkeypatch):
+    drawn = []
+    monkeypatch.setattr(plots, "_label", lambda panel, time, ticks: drawn.append(round(time, 3)))
+    pipeline("run", scenario_file(replace=("output_every: 0.5", "output_every: 0.01")), "--out", out)
+
+    def times(*options):
+        drawn.clear()
+        result = pipeline("plot", out / "box.zarr", *options, "--to", out / "pictures" / "box.png")
+        assert result.exit_code == 0, result.stderr
+        return drawn
+
+    evenly = times()
+    assert 10 <= len(evenly) <= 12
+    assert evenly[-1] == 1
+    assert len({round(later - earlier, 3) for earlier, later in pairwise(evenly)}) == 1
+    # the nearest of the frames
+    assert times("--times", "0.502,0,1") == [0, 0.5, 1]
+    beyond = pipeline("plot", out / "box.zarr", "--times", "2")
+    assert (beyond.exit_code, beyond.stderr.strip()) == (
+        2,
+        "expected times from 0 to 1 s, the end of run 0, found 2",
+    )
+    assert pipeline("plot", out / "box.zarr", "--times", "now").exit_code == 2
+
+
+def test_a_long_command_shows_what_it_is_doing_on_a_terminal(monkeypatch, capsys):
+    monkeypatch.setattr(display, "Console", partial(Console, force_terminal=True, width=80))
+    with display.working("hazard") as told:
+        told.line("box: 2 of 2 runs done")
+        logging.getLogger("pipeline.hazard").info("box")
+        shown = capsys.readouterr()
+        assert shown.out == ""
+    assert capsys.readouterr().out == "box: 2 of 2 runs done\n"
+    monkeypatch.undo()
+    with display.working("hazard") as told:
+        told.line("at once where nothing moves")
+        assert capsys.readouterr() == ("at once where nothing moves\n", "")
+
+
+def test_a_store_given_as_a_place_and_a_place_as_a_store_are_told_apart(scenario_file, out, solve):
+    pipeline("run", scenario_file(), "--out", out)
+    store = out / "box.zarr"
+    for command in (["tables", store], ["status", store], ["run", scenario_file(), "--out", store]):
+        result = pipeline(*command)
+        words = f"out: expected the folder of results, {out}, found the store {store}"
+        assert (result.exit_code, result.stderr.strip()) == (2, words)
+    result = pipeline("plot", out)
+    assert (result.exit_code, result.stderr.strip()) == (
+        2,
+        f"store: expected a store, as {store}, found the folder {out}",
+    )
+    result = pipeline("plot", out / "other.zarr")
+    assert (result.exit_code, result.stderr.strip()) == (2, f"no store at {out / 'other.zarr'}")
+    result = pipeline("status", "s3:/bucket/path")
+    words = "out: expected a folder or a URL as s3://bucket/path, found 's3:/bucket/path'"
+    assert (result.exit_code, result.stderr.strip()) == (2, words)

@@ -13,10 +13,10 @@ from typer.testing import CliRunner
 
 from pipeline.assess import ensemble as ensembles
 from pipeline.assess.ensemble import NotTogetherError, counts, ensemble, together
-from pipeline.assess.exceedance import quantiles
+from pipeline.assess.probability import BOUNDS, quantiles
 from pipeline.cli.app import app
 from pipeline.hazard.intensity import UNKNOWN
-from pipeline.hazard.mapping import FILE, hazard, write
+from pipeline.hazard.mapping import FILE, map_hazard, write
 from pipeline.settings.hazard import Hazard, Intensity
 from pipeline.store.variables import Status
 
@@ -51,7 +51,7 @@ def store(depth, speed=None, status=None, weight=None, return_period=None, **mor
 
 
 def mapped(*arguments, settings=None, **options):
-    return hazard(ensemble(store(*arguments, **options)), settings or Hazard())
+    return map_hazard(ensemble(store(*arguments, **options)), settings or Hazard())
 
 
 def sliding_blocks(count):
@@ -140,7 +140,7 @@ def test_a_batch_with_failed_and_overrun_runs_has_the_right_bounds(scenario_file
             held = [float(where[name].sel(depth_threshold=threshold)) for name in bounds]
             assert held == pytest.approx(expected, abs=1e-6)
         assert found["depth_exceedance"].attrs["units"] == "1"
-        assert (found.attrs["runs_planned"], found.attrs["runs_done"]) == (5, 2)
+        assert (found.attrs["runs_planned"], found.attrs["runs_done"]) == (5, 3)
         assert found["intensity"].attrs["flag_meanings"] == "none weak medium strong"
 
 
@@ -164,7 +164,7 @@ def test_a_missing_value_of_a_run_that_was_done_is_unknown():
 def test_times_of_arrival_are_means_over_the_runs_that_arrive():
     held = store([[1, 1], [1, 0], [1, 0]], status=[1, 1, 2], weight=[0.25, 0.5, 0.25])
     held["arrival_time"][:, 0] = [[4, 8], [1, np.nan], [99, 99]]
-    found = hazard(ensemble(held), Hazard()).squeeze()
+    found = map_hazard(ensemble(held), Hazard()).squeeze()
     assert found["arrival_time"].values.tolist() == [2, 8]
     np.testing.assert_allclose(found["arrival_share"], [1, 1 / 3], rtol=1e-6)
 
@@ -175,10 +175,11 @@ def test_quantiles_are_those_of_the_runs_repeated(weights):
     values = random.random((40, 7)).astype(np.float32)
     count = np.ones(40, int) if weights == "equal" else random.integers(0, 5, 40)
     runs = ensemble(store(values, weight=count))
-    found = quantiles(runs["max_depth"], [0.1, 0.5, 0.9, 1.0], runs).squeeze("y")
+    found = quantiles(runs["max_depth"], [0.1, 0.5, 0.9, 1.0], runs)
     repeated = np.repeat(values, count, axis=0)
     expected = np.quantile(repeated, [0.1, 0.5, 0.9, 1.0], axis=0, method="inverted_cdf")
-    np.testing.assert_array_equal(found, expected)
+    for bound in BOUNDS:
+        np.testing.assert_array_equal(found[bound].squeeze("y"), expected)
 
 
 class TestIntensity:
@@ -229,7 +230,7 @@ class TestIntensity:
 class TestScenariosTogether:
     def test_have_equal_weights(self):
         many, few = ensemble(store([[2.0]] * 3)), ensemble(store([[0.0]]))
-        found = hazard(together({"many": many, "few": few}), Hazard(depth=(1.0,)))
+        found = map_hazard(together({"many": many, "few": few}), Hazard(depth=(1.0,)))
         assert found["depth_exceedance"].item() == pytest.approx(0.5)
         assert found.attrs["runs_planned"] == 4
 
@@ -302,13 +303,18 @@ def test_counts_say_what_became_of_runs():
         "runs_overrun": 0,
         "runs_failed": 1,
         "runs_pending": 0,
+        "runs_cut_off": 0,
     }
+    states = [Status.DONE, Status.OVERRUN, Status.CUT_OFF, Status.OVERRUN_AND_CUT_OFF, Status.FAILED]
+    some = counts(store([[1.0]] * 5, status=states))
+    assert str(some) == "2 of 5 runs done (2 overrun, 2 still moving at time.end, 1 failed)"
+    assert (some.planned, some.computed) == (5, 4)
 
 
 MEMORY = """
 import dask.array as da, numpy as np, xarray as xr
 from pipeline.assess.ensemble import ensemble
-from pipeline.hazard.mapping import hazard
+from pipeline.hazard.mapping import map_hazard
 from pipeline.settings.hazard import Hazard
 
 RUNS, PER_CHUNK, SHAPE = 1000, 50, (150, 300)
@@ -326,7 +332,7 @@ store = xr.Dataset(
     {"max_depth": (("run", "y", "x"), depth), "status": ("run", np.ones(RUNS, np.int8))},
     coords={"x": np.arange(300.0), "y": np.arange(150.0)},
 )
-found = hazard(ensemble(store), Hazard(depth=(0.25, 0.75)))
+found = map_hazard(ensemble(store), Hazard(depth=(0.25, 0.75)))
 assert abs(float(found["depth_exceedance"][0].mean()) - 0.75) < 1e-3
 assert abs(float(found["depth_quantile"][1].mean()) - 0.9) < 1e-2
 # that of a resource usage may be the parent's, from before this began

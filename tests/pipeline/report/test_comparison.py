@@ -19,7 +19,8 @@ def place(tmp_path_factory):
     folder = tmp_path_factory.mktemp("figures")
     files = []
     for name, points, sweep in (
-        ("regular", LATTICE, "sweep: {material.bed_friction: [20, 25]}\n"),
+        # a parameter called as something that is followed through the frames
+        ("regular", LATTICE, "sweep: {release.volume: [1, 2]}\n"),
         (
             "irregular",
             "{layout: poisson-disc, count: 300}",
@@ -65,8 +66,8 @@ def test_the_table_has_a_row_a_run(place):
     assert table["run"].tolist() == [
         "irregular: transition linear",
         "irregular: transition quadratic",
-        "regular: bed friction 20 degrees",
-        "regular: bed friction 25 degrees",
+        "regular: volume 1 m3",
+        "regular: volume 2 m3",
     ]
     assert (table["time"] == 0.1).all()
     assert table["volume_error"].abs().max() < 1e-6

@@ -17,7 +17,7 @@ from pipeline.assess.ensemble import ensemble
 from pipeline.cli.app import app
 from pipeline.hazard.map_files import ground
 from pipeline.report.figures import animation
-from pipeline.report.page import report
+from pipeline.report.page import write_report
 from pipeline.report.tables import MOST_ROWS, failures, number, volume_ledger
 from pipeline.settings.hazard import Georeference
 from pipeline.store.zarr_store import open_store
@@ -137,7 +137,7 @@ def test_a_place_where_nothing_is_done_yet_has_a_page(scenario_file, out, shared
         scenario_file(FAILS, more=HAZARD + FEW_FIELDS),
         solve=partial(by_friction, log=out.parent / "log"),
     )
-    text = report(out, out / "page.html").read_text(encoding="utf-8")
+    text = write_report(out, out / "page.html").read_text(encoding="utf-8")
     assert "0 of 1 run done (1 failed)" in text
 
 

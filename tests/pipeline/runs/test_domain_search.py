@@ -6,6 +6,7 @@ from commands import pipeline
 
 from pipeline.mistakes import BadInput
 from pipeline.scenario.scenario import load
+from pipeline.store.variables import Status
 from solver.simulation import simulate
 
 CHUTE = """\
@@ -37,7 +38,7 @@ def chute(tmp_path, shared_workers):
 def test_a_domain_that_was_found_holds_the_flow_and_changes_nothing(chute):
     found = chute("found")
     given = chute("given", "domain: {x: [-6, 36], y: [-12, 12]}")
-    assert (found["status"] == 1).all()
+    assert (found["status"] == Status.CUT_OFF).all()
     assert found.sizes["x"] < given.sizes["x"]
     assert found.sizes["y"] < given.sizes["y"]
     # points are multiples of the spacing in both
@@ -49,7 +50,7 @@ def test_a_domain_that_was_found_holds_the_flow_and_changes_nothing(chute):
 
 def test_a_cloud_gets_a_domain_too(chute):
     cloud = chute("cloud", points="{layout: poisson-disc, spacing: 0.5}")
-    assert (cloud["status"] == 1).all()
+    assert (cloud["status"] == Status.CUT_OFF).all()
     assert float(cloud["area"].sum()) < 42 * 24
 
 

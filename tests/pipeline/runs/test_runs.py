@@ -3,13 +3,13 @@ import pickle
 import numpy as np
 import pytest
 
-from pipeline.runs.runs import build_scene, expand, output_times
-from pipeline.runs.shared_points import share
+from pipeline.runs.runs import expand, share
+from pipeline.runs.scene_of_run import build_scene, output_times
 from pipeline.scenario.scenario import load
 from pipeline.scenario.sweep import coordinate_names
 from solver.physics.earth_pressure import Isotropic, MohrCoulomb
 from solver.physics.friction import Coulomb, Voellmy
-from solver.physics.terrain import Bend, Segments
+from solver.physics.terrain import Bend, Segment, Segments
 from solver.physics.terrain_table import Table
 
 
@@ -140,7 +140,7 @@ def test_a_material_gives_its_laws(built, material, friction, pressure):
         ("{profile: bend, angle: 35, start: 2, end: 4, runout_angle: 3, transition: quadratic}",
          Bend(35, 2, 4, 3, "quadratic")),
         ("{profile: segments, segments: [{start: 0, angle: 30}, {start: 5, angle: 10}], joint: 2}",
-         Segments((0, 5), (30, 10), 2)),
+         Segments((Segment(0, 30), Segment(5, 10)), 2)),
     ],
 )  # fmt: skip
 def test_a_terrain_gives_its_profile(built, settings, terrain):

@@ -91,3 +91,40 @@ def test_each_entry_of_a_sweep_has_all_draws():
     assert [row[0] for row in rows] == [1, 1, 1, 2, 2, 2]
     assert [row[1] for row in rows[:3]] == [row[1] for row in rows[3:]]
     assert len({row[1] for row in rows}) == 3
+
+
+@pytest.mark.parametrize(
+    ("given", "known"),
+    [
+        # 8 and 40 deviations above the mean, 40 below it, and a lognormal one 6 above
+        ({"mean": 20.0, "deviation": 0.62, "lower": 25.0, "upper": 40.0}, [25.001, 25.052, 25.338]),
+        ({"mean": 20.0, "deviation": 0.62, "lower": 45.0}, [45.0002, 45.0106, 45.0707]),
+        ({"mean": 20.0, "deviation": 0.62, "upper": -5.0}, [-5.0707, -5.0106, -5.0002]),
+        ({"median": 9.0, "deviation": 0.4, "lower": 100.0}, [100.065, 104.549, 132.630]),
+    ],
+)
+def test_quantiles_far_out_in_a_tail_are_those_of_the_survival_function(given, known):
+    kind = "lognormal" if "median" in given else "normal"
+    (drawn,) = draw(
+        sample({"gravity": {"distribution": kind, **given}}, count=2**14, design="sobol")
+    ).values()
+    assert len(set(drawn)) == len(drawn)
+    assert np.quantile(drawn, [0.01, 0.5, 0.99]) == pytest.approx(known, abs=0.003 * np.ptp(known))
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 4, 20, 512])
+def test_correlated_latin_hypercubes_keep_their_layers(count):
+    values = {
+        f"release.{i}.volume": {"distribution": "uniform", "lower": 0.0, "upper": 1.0} for i in range(3)
+    }
+    wanted = {(0, 1): -0.7, (0, 2): 0.5, (1, 2): -0.2}
+    pairs = tuple(
+        {"between": (f"release.{i}.volume", f"release.{j}.volume"), "value": value}
+        for (i, j), value in wanted.items()
+    )
+    drawn = np.array(list(draw(sample(values, correlations=pairs, count=count)).values()))
+    layers = np.sort((drawn * count).astype(int), axis=1)
+    assert (layers == np.arange(count)).all()
+    if count == 512:
+        found = np.corrcoef(stats.norm.ppf(drawn))
+        assert [found[pair] for pair in wanted] == pytest.approx(list(wanted.values()), abs=0.01)

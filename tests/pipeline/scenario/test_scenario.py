@@ -8,7 +8,7 @@ import pytest
 from pydantic import BaseModel, ValidationError
 from root import ROOT
 
-from pipeline.scenario import reference, solver_objects
+from pipeline.scenario import reference
 from pipeline.scenario.elevation_table import read
 from pipeline.scenario.scenario import differences, json_schema, load
 from pipeline.settings.settings import Settings
@@ -47,9 +47,9 @@ def test_defaults_are_filled_in(scenario_file):
 
 def test_the_defaults_of_the_scheme_are_those_of_the_solver(scenario_file):
     scheme = load([scenario_file()])[0].settings.scheme
-    assert solver_objects.scheme(scheme) == WeightedResidual()
+    assert scheme.make() == WeightedResidual()
     scheme = load([scenario_file(name="other", more="scheme: {form: collocation}\n")])[0].settings.scheme
-    assert solver_objects.scheme(scheme) == Collocation()
+    assert scheme.make() == Collocation()
 
 
 def test_settings_are_frozen(scenario_file):
@@ -144,7 +144,7 @@ def test_too_many_runs_are_refused_without_trying_them(scenario_file):
 
 def test_the_schema_describes_every_key():
     schema = json_schema()
-    assert set(schema["required"]) == {"name", "terrain", "points", "release", "material", "time"}
+    assert set(schema["required"]) == {"name", "terrain", "points", "release", "material"}
     models = [schema, *(model for model in schema["$defs"].values() if "properties" in model)]
     assert all("description" in info for model in models for info in model["properties"].values())
     assert schema["$defs"]["Bend"]["properties"]["start"]["unit"] == "m"

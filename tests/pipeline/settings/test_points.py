@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from pipeline.mistakes import BadInput
-from pipeline.runs.runs import build_scene, expand
-from pipeline.runs.shared_points import kept, share
+from pipeline.runs.runs import expand, share
+from pipeline.runs.scene_of_run import build_scene
+from pipeline.runs.shared_points import kept
 from pipeline.runs.shared_points import load as load_points
 from pipeline.scenario import solver_objects
 from pipeline.scenario.scenario import load

@@ -18,7 +18,7 @@ from stub_solvers import by_friction, heal, read_only_from
 from pipeline.batch.checkpoints import Checkpoint
 from pipeline.batch.driver import ChangedError
 from pipeline.batch.local_workers import workers
-from pipeline.store import lock_objects, storage, zarr_store
+from pipeline.store import lock_objects, objects, zarr_store
 from pipeline.store.lock_objects import TakenError
 from pipeline.store.place import Part, PlaceInUseError, held, held_in_part
 from pipeline.store.storage import located
@@ -193,7 +193,7 @@ def test_every_command_takes_a_url(scenario_file, there, tmp_path, monkeypatch):
 def test_a_server_that_does_not_answer_is_trouble(scenario_file, bucket, monkeypatch):
     monkeypatch.setenv("AWS_ENDPOINT_URL", "http://127.0.0.1:9")
     monkeypatch.setenv("AWS_MAX_ATTEMPTS", "1")
-    monkeypatch.setattr(storage, "OPTIONS", {**storage.OPTIONS, "skip_instance_cache": True})
+    monkeypatch.setattr(objects, "OPTIONS", {**objects.OPTIONS, "skip_instance_cache": True})
     result = pipeline("run", scenario_file(20), "--out", "s3://bucket/silent")
     assert result.exit_code == 3
     assert "Could not connect" in result.stderr
@@ -227,7 +227,7 @@ class TestALock:
                     pass
 
     def test_of_a_dead_owner_is_taken_over(self, folder):
-        storage.create(folder / "whole.1", b"somebody, as of long ago")
+        objects.create(folder / "whole.1", b"somebody, as of long ago")
         with lock_objects.held(folder, "whole", "another"):
             assert [lock.name for lock in folder.iterdir()] == ["whole.2"]
             assert lock_objects.holder(folder).startswith("another, as of ")
@@ -237,7 +237,7 @@ class TestALock:
 
         def overtaken(folder, role):
             found = dead(folder, role)
-            storage.create(folder / "part-1-of-2-a.1", b"the other")
+            objects.create(folder / "part-1-of-2-a.1", b"the other")
             return found
 
         monkeypatch.setattr(lock_objects, "_dead", overtaken)

@@ -28,8 +28,10 @@ def test_every_number_has_units_and_a_value_for_not_computed():
 
 
 def test_status_has_cf_flags_and_no_fill_value():
-    assert STATUS.cf_attributes["flag_values"] == [0, 1, 2, 3]
-    assert STATUS.cf_attributes["flag_meanings"] == "pending done failed done_but_overrun"
+    assert STATUS.cf_attributes["flag_values"] == [0, 1, 2, 3, 4, 5]
+    assert STATUS.cf_attributes["flag_meanings"] == (
+        "pending done failed done_but_overrun cut_off overrun_and_cut_off"
+    )
     assert "_FillValue" not in STATUS.attributes
     assert STATUS.fill == Status.PENDING == 0
 

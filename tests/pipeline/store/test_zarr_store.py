@@ -8,6 +8,7 @@ from templates import row, template
 
 from pipeline.store import zarr_store
 from pipeline.store.layout import Template, create, group_size
+from pipeline.store.storage import storage_of
 from pipeline.store.variables import COORDINATES, STATUS, TIMINGS, Status, kept
 
 
@@ -177,6 +178,6 @@ def test_leftovers_of_killed_writers_are_swept(path):
     (path / "depth" / "abc.partial").write_bytes(b"torn")
     (path.parent / ".trial.zarr.xyz.partial").mkdir()
     (path.parent / ".trial.zarr.xyz.partial" / "zarr.json").write_text("{}")
-    assert zarr_store.sweep_partials(path.parent) == 2
+    assert storage_of(path.parent).sweep() == 2
     assert files(path) == before
     assert [p.name for p in path.parent.iterdir()] == ["trial.zarr"]

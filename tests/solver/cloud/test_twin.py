@@ -92,5 +92,5 @@ def test_the_kernels_are_the_dense_scheme(name):
     )
     assert abs(run.ledger.error) < 1e-13
     assert np.isnan(run.rest_time) == np.isnan(wanted.rest_time)
-    assert (wanted.rationed > 0) >= ("long steps" in name)
+    assert (wanted.limited > 0) >= ("long steps" in name)
     assert np.isfinite(run.rest_time) == (name == "coming to rest")

@@ -83,23 +83,10 @@ def test_pairwise_relaxation_keeps_volume_on_any_cloud(cloud, seed, walled):
     start = scene(cloud, depth, (3, -2), Plane(0), support=20, weight_shape=4.0, boundaries=boundaries)
     run = CollocationRun(start, 1.0, 0.0)
     run.scratch.q.h[: len(cloud)] -= 0.1 * rng.random(len(cloud))
-    n, operators = len(cloud), run.operators
+    n = len(cloud)
     before = run.scratch.q.h[:n].copy()
     run.scratch.chosen[:], run.scratch.mark[:] = np.arange(n), 1
-    assert (
-        relax(
-            n,
-            operators.coordinates,
-            operators.area,
-            operators.stencils,
-            run.images,
-            run.bed,
-            run.material.dry,
-            run.relaxation,
-            run.scratch,
-        )
-        == n
-    )
+    assert relax(run.arrays, n) == n
     after = run.scratch.q.h[:n]
     assert abs(after - before).max() > 1e-3
     volume = (cloud.cell_area * np.abs(before)).sum()

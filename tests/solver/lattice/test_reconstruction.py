@@ -4,7 +4,7 @@ import pytest
 
 from solver.kernels.limiter import AHEAD, BEHIND, MIDDLE
 from solver.kernels.state import FaceValues
-from solver.lattice.reconstruction import face_values, limited
+from solver.lattice.reconstruction import face_values, steps_to_faces
 from solver.lmls.shape_functions import shape_functions
 
 DRY = 1e-4
@@ -103,7 +103,7 @@ def test_a_flow_that_loses_half_its_speed_is_limited_by_minmod():
     [(1, 1, 0.5, 0.5), (1, -1, 0, 0), (0, 1, 0, 0), (1, 8, 1, 1), (-1, -1, -0.5, -0.5), (1, 2, 2 / 3, 5 / 6)],
 )
 def test_the_limited_steps_are_within_the_smaller_difference(back, forth, low, high):
-    assert limited(float(back), float(forth), 2.0) == pytest.approx((low, high), rel=1e-15)
+    assert steps_to_faces(float(back), float(forth), 2.0) == pytest.approx((-low, high), rel=1e-15)
 
 
 @pytest.mark.parametrize(("front", "shown"), [(0.44, False), (0.46, True)])

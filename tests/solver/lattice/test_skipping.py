@@ -44,9 +44,9 @@ def test_a_window_on_the_lattice_gives_the_same(name, monkeypatch):
 def chute(width, length, spacing=0.4, **changes):
     lattice = Lattice((0, length), (-width / 2, width / 2), spacing)
     depth = heap(lattice, (4, 0), 1.85, 1.5)
-    bed, still = Bend(35, 17.5, 21.5), 0 * depth
+    bed, static = Bend(35, 17.5, 21.5), 0 * depth
     laws = {"earth_pressure": MohrCoulomb(30, 30), "gravity": 1.0} | changes
-    return Scene(lattice, bed, depth, still, still, Coulomb(30), **laws)
+    return Scene(lattice, bed, depth, static, static, Coulomb(30), **laws)
 
 
 @pytest.mark.parametrize("side", ["wall", "open"])

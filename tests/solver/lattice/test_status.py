@@ -30,14 +30,14 @@ def classified(case):
 
 
 @pytest.mark.parametrize("case", CASES.values(), ids=CASES)
-def test_earth_pressure_stillness_and_wave_rate_are_their_twin(case):
+def test_earth_pressure_status_and_wave_rate_are_their_twin(case):
     run, rate = classified(case)
     twin = dense.Run(case)
     assert rate == pytest.approx(twin.classify()[0], rel=1e-14)
     shape = run.grid.rows, run.grid.stride
     # of the ghosts those beside cells matter
     for part in (np.s_[1:-1, 2:-2], np.s_[2:-2, 1:-1]):
-        for name in ("beta_x", "beta_y", "still"):
+        for name in ("beta_x", "beta_y", "static"):
             actual, wanted = getattr(run.status, name).reshape(shape)[part], getattr(twin, name)[part]
             np.testing.assert_allclose(actual, wanted, rtol=1e-15)
 
@@ -49,7 +49,7 @@ def test_spans_are_the_hulls_of_wet_and_moving_cells_and_of_their_neighbours(cas
     twin.classify()
     wet, moving = np.zeros((2, run.grid.rows, run.grid.stride), dtype=bool)
     wet[dense.INNER] = twin.state.h > twin.dry
-    moving[dense.INNER] = twin.still[dense.INNER] == 0
+    moving[dense.INNER] = twin.static[dense.INNER] == 0
 
     def covered(spans):
         columns = np.arange(run.grid.stride)
@@ -62,12 +62,12 @@ def test_spans_are_the_hulls_of_wet_and_moving_cells_and_of_their_neighbours(cas
     np.testing.assert_array_equal(covered(run.spans.moving), filled(moving))
     moving = filled(moving)
     # a ghost driven by a given depth moves too
-    moving |= np.pad(twin.still[1:-1, 1:-1] == 0, 1) & ~filled(np.pad(np.ones_like(twin.state.h, bool), 2))
+    moving |= np.pad(twin.static[1:-1, 1:-1] == 0, 1) & ~filled(np.pad(np.ones_like(twin.state.h, bool), 2))
     around = moving.copy()
     for shift, axis in ((1, 0), (-1, 0), (1, 1), (-1, 1)):
         around |= np.roll(moving, shift, axis)
     around[:2] = around[-2:] = around[:, :2] = around[:, -2:] = False
-    first, last, cells = spread(run.spans, run.status.still, run.sides, run.grid)
+    first, last, cells = spread(run.spans, run.status.static, run.sides, run.grid)
     stepped, widths = covered(run.spans.stepped), filled(around).sum(axis=1)
     assert (stepped >= filled(around)).all()
     assert not np.concatenate([stepped[:2], stepped[-2:]]).any()
@@ -93,12 +93,12 @@ def test_hull_covers_spans_and_ignores_empty_ones():
     assert hull(spans, 2, 2) == hull(spans, 4, 9) == (0, 0)
 
 
-def test_moving_volume_counts_what_is_not_still():
+def test_moving_volume_counts_what_is_not_static():
     for case, _ in SCENES.values():
         run, _ = classified(case)
         twin = dense.Run(case)
         _, volume = twin.classify()
-        arrays = run.now, run.status.still, run.spans, run.sides, run.grid
+        arrays = run.now, run.status.static, run.spans, run.sides, run.grid
         moves = bool(((run.now.u != 0) | (run.now.v != 0)).any())
         if np.isfinite(volume):
             assert volume > 0
@@ -113,7 +113,7 @@ def test_moving_volume_counts_what_is_not_still():
 def test_a_stage_reads_no_cell_that_was_not_copied():
     """What a stage reads is within two cells of what it steps."""
     run, _ = classified(SCENES["several blobs"][0])
-    first, last, _ = spread(run.spans, run.status.still, run.sides, run.grid)
+    first, last, _ = spread(run.spans, run.status.static, run.sides, run.grid)
     shape = run.grid.rows, run.grid.stride
     target = Fields(*(np.full(shape[0] * shape[1], np.nan) for _ in range(3)))
     copy_surroundings(run.now, target, run.spans.stepped, run.grid, first, last)

@@ -57,7 +57,7 @@ def test_isotropic_pressure_is_hydrostatic():
 
 @pytest.mark.parametrize("angles", [(20, 25), (90, 20), (30, -1), (np.nan, 20), (30, np.nan)])
 def test_mohr_coulomb_refuses_angles_without_a_root(angles):
-    with pytest.raises(ValueError, match="bed friction <= internal friction"):
+    with pytest.raises(ValueError, match=r"^(bed|internal)_friction: expected"):
         MohrCoulomb(*angles)
 
 
@@ -69,13 +69,13 @@ def test_friction_is_the_tangent_of_its_angle():
 
 @pytest.mark.parametrize("angle", [-1, 90, np.nan])
 def test_friction_refuses_angles_out_of_range(angle):
-    with pytest.raises(ValueError, match="bed friction"):
+    with pytest.raises(ValueError, match=r"^bed_friction: expected a"):
         Coulomb(angle)
-    with pytest.raises(ValueError, match="bed friction"):
+    with pytest.raises(ValueError, match=r"^bed_friction: expected a"):
         Voellmy(angle, 400)
 
 
 @pytest.mark.parametrize("coefficient", [0, -400, np.nan])
 def test_voellmy_refuses_a_coefficient_that_is_not_above_zero(coefficient):
-    with pytest.raises(ValueError, match="turbulent friction"):
+    with pytest.raises(ValueError, match=r"^turbulent_friction: expected a number above 0"):
         Voellmy(20, coefficient)

@@ -2,16 +2,22 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from solver.physics.terrain import Bend, Plane, Segments
+from solver.physics.terrain import Bend, Plane, Segment, Segments
 from solver.physics.terrain_table import Table
 
 ROUGH = np.random.default_rng(0).normal(0, 0.3, 41)
 DISTANCES = np.linspace(0, 200, 41)
+
+
+def segments(starts, angles, joint, **more):
+    return Segments(tuple(map(Segment, starts, angles)), joint, **more)
+
+
 PROFILES = {
     "plane": Plane(35),
     "linear bend": Bend(35, 17.5, 21.5),
     "quadratic bend": Bend(35, 17.5, 21.5, -5, "quadratic"),
-    "segments": Segments((0, 10, 20, 22), (35, 20, 30, 0), 2.0),
+    "segments": segments((0, 10, 20, 22), (35, 20, 30, 0), 2.0),
     "table": Table(DISTANCES, 100 * np.exp(-DISTANCES / 80) + ROUGH, 15.0),
 }
 SMOOTH = [name for name in PROFILES if name != "quadratic bend"]
@@ -92,7 +98,7 @@ def test_curvature_jumps_by_its_mean_at_the_ends_of_a_bend():
     "profile",
     [
         Bend(35, 1, 2, with_curvature=False),
-        Segments((0, 5), (30, 0), 2, with_curvature=False),
+        segments((0, 5), (30, 0), 2, with_curvature=False),
         Table(DISTANCES, ROUGH, 15.0, with_curvature=False),
     ],
 )
@@ -107,7 +113,7 @@ def test_a_table_of_a_straight_slope_is_a_plane():
     table = Table(d, 500 - np.tan(np.radians(30)) * (d - 10), 8.0)
     x = np.linspace(-20, 120, 29)
     np.testing.assert_allclose(table.inclination(x), np.radians(30), rtol=1e-12)
-    np.testing.assert_allclose(table.horizontal_distance(x), x * np.cos(np.radians(30)), atol=1e-10)
+    np.testing.assert_allclose(table.horizontal_distance(x), 10 + x * np.cos(np.radians(30)), atol=1e-10)
     np.testing.assert_allclose(table.elevation(x), 500 - x / 2, atol=1e-10)
     assert table.length == pytest.approx(50 / np.cos(np.radians(30)), rel=1e-12)
 
@@ -137,10 +143,11 @@ def test_a_table_follows_slopes_that_are_nearly_walls():
         lambda: Bend(35, 2, 2),
         lambda: Bend(35, 1, np.inf),
         lambda: Bend(35, 1, 2, transition="cubic"),
-        lambda: Segments((), (), 1),
-        lambda: Segments((0, 1), (3,), 1),
-        lambda: Segments((0, 1, 1.5), (3, 2, 1), 1),
-        lambda: Segments((0, 1), (3, 2), 0),
+        lambda: Segments((), 1),
+        lambda: segments((0, 1, 1.5), (3, 2, 1), 1),
+        lambda: segments((0, 0), (3, 2), 1),
+        lambda: segments((0, 1), (3, 90), 1),
+        lambda: segments((0, 1), (3, 2), 0),
         lambda: Table(np.array([0.0, 0]), np.array([0.0, 1]), 1),
         lambda: Table(np.array([0.0]), np.array([0.0]), 1),
         lambda: Table(np.array([0.0, 1]), np.array([0.0, np.nan]), 1),
@@ -148,11 +155,12 @@ def test_a_table_follows_slopes_that_are_nearly_walls():
     ],
 )
 def test_impossible_profiles_are_refused(make):
-    with pytest.raises(ValueError, match=r"must|need|unknown"):
+    with pytest.raises(ValueError, match="expected "):
         make()
 
 
 def test_beds_of_the_same_segments_are_the_same():
-    lists, tuples = Segments([0.0, 5.0], [30.0, 0.0], 1.0), Segments((0.0, 5.0), (30.0, 0.0), 1.0)
+    pieces = [Segment(0.0, 30.0), Segment(5.0, 0.0)]
+    lists, tuples = Segments(pieces, 1.0), Segments(tuple(pieces), 1.0)
     assert lists == tuples
     assert hash(lists) == hash(tuples)

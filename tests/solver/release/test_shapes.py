@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.integrate import dblquad
@@ -61,9 +63,7 @@ def test_the_mirror_image_of_a_shape_is_laid_as_the_mirror_image():
 
 
 def test_a_shape_given_by_its_volume_is_scaled_to_it(shape):
-    kind = {name: getattr(shape, name) for name in shape.__dataclass_fields__ if name not in ("volume",)}
-    kind.pop("height" if isinstance(shape, Hemisphere) else "", None)
-    laid = initial_state([type(shape)(**kind, volume=3.0)], LATTICE)
+    laid = initial_state([replace(shape, volume=3.0)], LATTICE)
     assert laid.volume == pytest.approx(3.0, rel=1e-14)
     assert laid.volume_asked == 3.0
     np.testing.assert_allclose(
@@ -151,7 +151,7 @@ def test_a_flat_cap_has_the_depth_of_a_paraboloid():
     ],
 )
 def test_impossible_shapes_are_refused(make):
-    with pytest.raises(ValueError, match="must"):
+    with pytest.raises(ValueError, match="expected "):
         make()
 
 

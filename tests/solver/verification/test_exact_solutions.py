@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from solver.physics.constants import GRAVITY
 from solver.verification.exact_solutions import (
-    GRAVITY,
     DamBreak,
     FrictionlessCap,
     ParabolicCap,

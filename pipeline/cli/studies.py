@@ -1,4 +1,4 @@
-"""The command that tries to break the solver."""
+"""Commands of studies of the solver itself: its cost, and attempts to break it."""
 
 from __future__ import annotations
 
@@ -7,9 +7,19 @@ from typing import Annotated
 
 import typer
 
-from pipeline.cli.options import BAD_INPUT, TROUBLE, ending
+from pipeline.cli.exit_codes import SOME_FAILED, exit_on_errors
 
-BROKEN = 1
+
+def bench(
+    to: Annotated[Path, typer.Option(help="Folder to write to.")] = Path("bench"),
+    quick: Annotated[bool, typer.Option("--quick", help="Coarse spacings alone: a minute.")] = False,
+) -> None:
+    """Measure error against processor time on cases with a known solution; table and draw it."""
+    from pipeline.studies.bench import bench as measure
+
+    with exit_on_errors():
+        for path in measure(to, typer.echo, quick=quick):
+            typer.echo(str(path))
 
 
 def stress(
@@ -28,11 +38,10 @@ def stress(
     Exit codes: 0 the conservative form keeps all laws, 1 it does not; scenario files of what fails are in
     TO/failing.
     """
-    from pipeline.mistakes import BadInput
     from pipeline.studies.stress.campaign import stress as try_to_break
 
-    with ending({BadInput: BAD_INPUT, OSError: TROUBLE}):
+    with exit_on_errors():
         reports, failing = try_to_break(to, typer.echo, scenes, seed, workers, files, work)
     for path in [*reports, *failing]:
         typer.echo(str(path))
-    raise typer.Exit(BROKEN if failing else 0)
+    raise typer.Exit(SOME_FAILED if failing else 0)

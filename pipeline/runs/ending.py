@@ -1,0 +1,48 @@
+"""How a run ended: at rest within the domain, with material lost through open sides, or while it moved."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from pipeline.runs.summary import overrun
+from pipeline.store.variables import Status
+
+if TYPE_CHECKING:
+    from solver.result import Result
+
+# Shares of the volume, released or come in. So little lost through open sides is a drop, and bounds nothing.
+DROP = 1e-4
+# A run of which no more moves at its end is done: films of Voellmy friction creep on for ever. What moves is
+# faster than a Froude number of `solver.simulation.MOVING`.
+MOVING_SHARE = 0.02
+
+
+def status(result: Result) -> Status:
+    """Say what became of a run."""
+    if result.failure is not None:
+        return Status.FAILED
+    volume = result.ledger.released + result.ledger.inflow
+    lost = result.ledger.outflow_open > DROP * volume
+    moving = result.moving_volume > MOVING_SHARE * volume
+    if moving:
+        return Status.OVERRUN_AND_CUT_OFF if lost else Status.CUT_OFF
+    return Status.OVERRUN if lost else Status.DONE
+
+
+def volumes(result: Result) -> dict[str, float]:
+    """Give the volumes that decide the status, m3, by name of variable; none of a run that failed."""
+    if result.failure is not None:
+        return {}
+    return {"volume_out_open": result.ledger.outflow_open, "volume_moving": result.moving_volume}
+
+
+def reason(status: Status, row: Mapping[str, Any]) -> str:
+    """Say why a run failed, how far it was overrun, and how much of it was still moving."""
+    said = []
+    if status.is_overrun:
+        said.append(f"{100 * overrun(row):.2g} % of the volume left the domain")
+    if status.is_cut_off:
+        share = row["volume_moving"] / (row["volume_released"] + row["volume_in"])
+        said.append(f"{100 * share:.2g} % of the volume still moves at {row['last_time']:g} s")
+    return ", ".join(said) or str(row.get("failure_reason", ""))

@@ -1,0 +1,27 @@
+"""One run of a scenario: its settings, and the values that vary between runs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from pipeline.scenario.elevation_table import ElevationTable
+    from pipeline.scenario.sweep import Value
+    from pipeline.settings.settings import Settings
+
+
+@dataclass(frozen=True)
+class Run:
+    """One run of a scenario; small, and pickles.
+
+    index : position along the store's ``run`` dimension, from 0.
+    parameters : varied values by coordinate name, in the order of the design; empty for a single run.
+    settings : complete settings of this run, without what is said of all runs.
+    table : the elevation table of a ``table`` terrain, else None.
+    """
+
+    index: int
+    parameters: dict[str, Value]
+    settings: Settings
+    table: ElevationTable | None = None

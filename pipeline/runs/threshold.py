@@ -1,0 +1,42 @@
+"""The depth above which a cell counts as reached or as deposit: one for all runs of a scenario."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pipeline.runs.run import Run
+from pipeline.runs.runs import expand
+from pipeline.runs.scene_of_run import DEFAULT_THRESHOLD
+from pipeline.scenario import solver_objects
+from solver.release.initial_state import initial_state
+
+if TYPE_CHECKING:
+    from pipeline.scenario.scenario import Scenario
+    from solver.points.cloud import PointCloud
+    from solver.points.lattice import Lattice
+
+
+def threshold(scenario: Scenario, points: Lattice | PointCloud) -> float:
+    """Give the threshold of a scenario, m.
+
+    That of the scenario file, or else a share of the largest depth of the release on the points, in the run
+    where this is smallest: a larger event then reaches no less than a smaller one.
+    """
+    settings = scenario.settings
+    if settings.output.threshold is not None:
+        return settings.output.threshold
+    runs = expand(scenario)
+    varied = any(key.startswith("release") for key in settings.varied)
+    shallowest = min(runs, key=_depth) if varied else runs[0]
+    laid = initial_state(solver_objects.releases(shallowest.settings), points)
+    return DEFAULT_THRESHOLD * float(laid.depth.max())
+
+
+def _depth(run: Run) -> float:
+    """Largest depth of the releases of a run, m, each by itself."""
+    depths = []
+    for shape in solver_objects.releases(run.settings):
+        x_min, x_max, y_min, y_max = shape.extent
+        scale = 1.0 if shape.volume is None else shape.volume / shape.shape_volume
+        depths.append(scale * float(shape.depth((x_min + x_max) / 2, (y_min + y_max) / 2)))
+    return max(depths)

@@ -1,0 +1,109 @@
+"""Places on the map and on the bed: receptors and releases of scenarios with a georeference."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pipeline.settings.hazard import Georeference
+from pipeline.settings.receptor import Receptor
+from pipeline.settings.section import Pair
+from pipeline.settings.settings import Domain, Settings
+from solver.physics.terrain import SlopeProfile
+
+Array = NDArray[np.float64]
+
+# halvings of an interval that leave nothing but round-off
+_HALVINGS = 100
+# digits of places on the bed, m: the same scenario on another machine has the same ones
+_DIGITS = 6
+
+
+def on_bed(georeference: Georeference, slope: SlopeProfile, places: Sequence[Pair]) -> tuple[Pair, ...]:
+    """Give x (arc length) and y of places on the map, m.
+
+    Parameters
+    ----------
+    georeference : Georeference
+        Where the profile lies on the map.
+    slope : SlopeProfile
+        The profile.
+    places : sequence of (easting, northing)
+        m.
+    """
+    azimuth = np.radians(georeference.azimuth)
+    along = np.array([np.sin(azimuth), np.cos(azimuth)])
+    offsets = np.array(places, np.float64).reshape(-1, 2) - georeference.origin
+    x = arc_length(slope, offsets @ along)
+    y = offsets @ np.array([-along[1], along[0]])
+    return tuple((round(float(a), _DIGITS), round(float(b), _DIGITS)) for a, b in zip(x, y, strict=True))
+
+
+def arc_length(slope: SlopeProfile, distance: Array) -> Array:
+    """Give the arc length at which a profile has horizontal distances, same shape, m."""
+    low, high = np.full(distance.shape, -1.0), np.full(distance.shape, 1.0)
+    while (short := slope.horizontal_distance(low) > distance).any():
+        low[short] *= 2
+    while (short := slope.horizontal_distance(high) < distance).any():
+        high[short] *= 2
+    for _ in range(_HALVINGS):
+        middle = (low + high) / 2
+        before = slope.horizontal_distance(middle) < distance
+        low, high = np.where(before, middle, low), np.where(before, high, middle)
+    return np.asarray((low + high) / 2)
+
+
+def receptors_on_bed(settings: Settings, slope: SlopeProfile) -> tuple[Receptor, ...]:
+    """Give the receptors of a scenario in coordinates of the bed, in whichever they were written."""
+    ground = settings.georeference
+    if ground is None or ground.receptors == "bed":
+        return settings.receptors
+    found = []
+    for each in settings.receptors:
+        places = on_bed(ground, slope, each.corners)
+        if each.point is not None:
+            found.append(each.model_copy(update={"point": places[0]}))
+        else:
+            kind = "line" if each.line is not None else "polygon"
+            found.append(each.model_copy(update={kind: places}))
+    return tuple(found)
+
+
+def part_inside(receptor: Receptor, domain: Domain) -> float:
+    """Say how a receptor lies to a domain: 1 wholly inside, 0 wholly outside, 0.5 if it sticks out."""
+    corners = receptor.corners
+    inside = [domain.holds(x, y) for x, y in corners]
+    if all(inside):
+        return 1.0
+    if any(inside):
+        return 0.5
+    around = corners if receptor.polygon is None else (*corners, corners[0])
+    if any(_crosses(start, end, domain) for start, end in pairwise(around)):
+        return 0.5
+    middle = (sum(domain.x) / 2, sum(domain.y) / 2)
+    return 0.5 if receptor.polygon is not None and _holds(corners, middle) else 0.0
+
+
+def _crosses(start: Pair, end: Pair, domain: Domain) -> bool:
+    """Whether a piece of a line has a part within a rectangle."""
+    first, last = 0.0, 1.0
+    for a, b, (low, high) in zip(start, end, (domain.x, domain.y), strict=True):
+        if a == b:
+            if not low <= a <= high:
+                return False
+            continue
+        enter, leave = sorted(((low - a) / (b - a), (high - a) / (b - a)))
+        first, last = max(first, enter), min(last, leave)
+    return first <= last
+
+
+def _holds(corners: Sequence[Pair], place: Pair) -> bool:
+    """Whether a polygon holds a place: a ray from it crosses an odd number of sides."""
+    (x, y), odd = place, False
+    for (x0, y0), (x1, y1) in pairwise((*corners, corners[0])):
+        if (y0 > y) != (y1 > y) and x < x0 + (y - y0) * (x1 - x0) / (y1 - y0):
+            odd = not odd
+    return odd

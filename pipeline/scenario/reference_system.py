@@ -1,0 +1,39 @@
+"""Coordinate reference systems of scenarios, checked where the extra ``geo`` is installed."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from math import isfinite
+
+from pipeline.settings.hazard import Georeference
+
+
+@lru_cache(maxsize=64)
+def doubt(georeference: Georeference) -> tuple[str, str] | None:
+    """Say what is wrong with a georeference, and of which of its keys; None where nothing is known to be.
+
+    Without the extra ``geo`` nothing is known.
+    """
+    try:
+        import rasterio.crs
+        import rasterio.errors
+        from rasterio.warp import transform
+    except ImportError:
+        return None
+    code = georeference.crs
+    try:
+        with rasterio.Env():
+            crs = rasterio.crs.CRS.from_user_input(code)
+            unit, factor = crs.linear_units_factor if crs.is_projected else ("degrees", 0.0)
+    except (rasterio.errors.CRSError, ValueError):
+        return "crs", f"expected the code of a known reference system, found '{code}'"
+    if not crs.is_projected or factor != 1:
+        kind = f"one of {unit}" if crs.is_projected else "one that is not projected"
+        return "crs", f"expected a projected reference system with metres, found {code}, {kind}"
+    try:
+        (lon,), (lat,) = transform(crs, "EPSG:4326", *([value] for value in georeference.origin))
+    except (rasterio.errors.CRSError, ValueError):
+        return None
+    if not (isfinite(lon) and isfinite(lat)):
+        return "origin", f"expected a place that {code} has, found {list(georeference.origin)}"
+    return None

@@ -1,0 +1,132 @@
+"""Settings of terrain, release, material and scheme, made from the solver's own dataclasses.
+
+A class that is named in the solver's list of its kind (`terrain.PROFILES`, `shapes.SHAPES`, `friction.LAWS`,
+`earth_pressure.LAWS`, `scheme.SCHEMES`) can be chosen in a scenario file.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+
+from pydantic import create_model, model_validator
+
+from pipeline.settings.generated import (
+    FlatSection,
+    Generated,
+    alternatives_of,
+    keys_of,
+    made,
+    phrase,
+    section_of,
+    section_with,
+    summary,
+    tag,
+    union_of,
+)
+from pipeline.settings.section import key, kind, relation
+from solver import scheme
+from solver.physics import earth_pressure, friction, terrain, terrain_table
+from solver.release import shapes
+
+_PRESSURES = {tag(law): law for law in earth_pressure.LAWS}
+
+_TABLE = section_with(
+    terrain_table.Table,
+    "profile",
+    {
+        "file": (
+            str,
+            key(
+                "CSV with one header line and columns of distance and elevation in m, relative to the "
+                "scenario file",
+                min_length=1,
+            ),
+        )
+    },
+)
+_PROFILES = [*(section_of(each, "profile") for each in terrain.PROFILES), _TABLE]
+_SHAPES = [section_of(each, "shape") for each in shapes.SHAPES]
+_FRICTION = [section_of(each, "law") for each in friction.LAWS]
+_SECTIONS = [section_of(terrain.Segment)]
+_SCHEMES = [section_of(each, "form", default=i == 0) for i, each in enumerate(scheme.SCHEMES)]
+
+
+class MaterialLaws(FlatSection):
+    """Friction and earth pressure."""
+
+    def laws(self) -> tuple[friction.Coulomb, earth_pressure.EarthPressure]:
+        """Make the laws of basal friction and of earth pressure.
+
+        Raises
+        ------
+        PydanticCustomError
+            If a parameter of one is missing, or parameters do not go together.
+        """
+        named = getattr(self, "friction", None)
+        resistance: friction.Coulomb = self._shorthand() if named is None else named.make()
+        law = _PRESSURES[getattr(self, "earth_pressure")]  # noqa: B009
+        given = {}
+        if named is not None and "bed_friction" in keys_of(law):
+            given = {"bed_friction": (resistance.bed_friction, "friction")}
+        return resistance, made(law, self, given, why="earth_pressure")
+
+    def _shorthand(self) -> friction.Coulomb:
+        """Make the law of friction whose own keys are given beside those of earth pressure."""
+        dragged = getattr(self, "turbulent_friction") is not None  # noqa: B009
+        return made(friction.Voellmy if dragged else friction.Coulomb, self)
+
+    @model_validator(mode="after")
+    def _well_posed(self) -> MaterialLaws:
+        beside = [name for name in _SHORTHAND if getattr(self, name) is not None]
+        if getattr(self, "friction", None) is not None and beside:
+            raise relation(f"expected either friction or {beside[0]}, found both", beside[0], "friction")
+        self.laws()
+        return self
+
+
+_SHORTHAND = keys_of(friction.Voellmy, optional=True)
+
+
+def _material() -> type[MaterialLaws]:
+    """Make the section: one key for each parameter of a law, and those that choose a law."""
+    choices = {tag(law): f"{phrase(summary(law))}; for {law.advice}" for law in earth_pressure.LAWS}
+    keys: dict[str, Any] = {
+        **keys_of(friction.Coulomb, optional=True),
+        **{name: held for law in earth_pressure.LAWS for name, held in keys_of(law, optional=True).items()},
+        "earth_pressure": (
+            Literal[tuple(_PRESSURES)],
+            key("law of earth pressure", default=next(iter(_PRESSURES)), choices=choices),
+        ),
+        **_SHORTHAND,
+        "friction": (
+            union_of("law", _FRICTION) | None,
+            key(
+                "law of basal friction by name; in place of `bed_friction` and `turbulent_friction`, which "
+                "are short for it",
+                default=None,
+            ),
+        ),
+    }
+    model = create_model(
+        "Material", __base__=MaterialLaws, __doc__=MaterialLaws.__doc__, __module__=__name__, **keys
+    )
+    model.alternatives = alternatives_of(friction.Coulomb) | {"friction"}
+    return model
+
+
+if TYPE_CHECKING:
+    AnyTerrain: TypeAlias = Generated
+    AnyRelease: TypeAlias = Generated
+    AnyScheme: TypeAlias = Generated
+    Material: TypeAlias = MaterialLaws
+else:
+    AnyTerrain = union_of("profile", _PROFILES)
+    AnyRelease = union_of("shape", _SHAPES)
+    AnyScheme = union_of("form", _SCHEMES, default=kind(_SCHEMES[0]))
+    Material = _material()
+    # pickle finds sections by their names
+    globals().update(
+        {each.__name__: each for each in (*_SECTIONS, *_PROFILES, *_SHAPES, *_FRICTION, *_SCHEMES)}
+    )
+
+DEFAULT_SCHEME = _SCHEMES[0]()

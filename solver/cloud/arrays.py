@@ -1,0 +1,44 @@
+"""What the kernels of a cloud run read and write."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from solver.arrays import Array
+from solver.cloud.blocks import Activity, Blocks
+from solver.cloud.faces import Faces
+from solver.cloud.fluxes import CloudBuffers
+from solver.cloud.reconstruction import Gradient
+from solver.kernels.record import Record
+from solver.kernels.state import CloudBed, Fields, Material, Sides, Status
+
+
+class CloudArrays(NamedTuple):
+    """The arrays of a run.
+
+    Attributes
+    ----------
+    now, first_stage, second_stage
+        States at the start of the step and after its stages; between steps they are equal, so that a stage
+        finds in its own what it reads beside the cells it steps.
+    area
+        (cells,), of the control volumes, m2.
+    widths
+        (5, cells), from `solver.cloud.status.widths_of`.
+    """
+
+    now: Fields
+    first_stage: Fields
+    second_stage: Fields
+    status: Status
+    bed: CloudBed
+    material: Material
+    sides: Sides
+    area: Array
+    widths: Array
+    faces: Faces
+    gradient: Gradient
+    blocks: Blocks
+    activity: Activity
+    buffers: CloudBuffers
+    record: Record

@@ -1,0 +1,62 @@
+"""What the kernels of a lattice run read and write."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solver.arrays import Array
+from solver.kernels.record import Record
+from solver.kernels.state import Bed, FaceValues, Fields, Fluxes, Grid, Material, Sides, Status
+from solver.lattice.spans import Spans
+
+# Rows held in the ring of fluxes.
+RING = 4
+
+
+class Buffers(NamedTuple):
+    """Scratch rows, reused by every stage.
+
+    Attributes
+    ----------
+    along, across
+        Face values of one row along x, and of two rows along y.
+    x_fluxes, y_fluxes
+        Ring of rows; the face with the index of a cell is the one before it along x, and the one after it
+        along y.
+    limiter
+        Ring of rows of the share of its outflow that leaves the cell a depth.
+    """
+
+    along: FaceValues
+    across: FaceValues
+    x_fluxes: Fluxes
+    y_fluxes: Fluxes
+    limiter: Array
+
+
+class LatticeArrays(NamedTuple):
+    """The arrays of a run.
+
+    Attributes
+    ----------
+    now, first_stage, second_stage
+        States at the start of the step and after its stages.
+    inner
+        (4,), whether a side is inside the lattice: what comes to it stops the run before the step.
+    """
+
+    now: Fields
+    first_stage: Fields
+    second_stage: Fields
+    status: Status
+    bed: Bed
+    material: Material
+    sides: Sides
+    grid: Grid
+    spans: Spans
+    inner: NDArray[np.bool_]
+    buffers: Buffers
+    record: Record

@@ -1,0 +1,45 @@
+"""What the kernels of a run on a surface read and write."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solver.arrays import Array
+from solver.kernels.record import Record
+from solver.kernels.state import Fields, Grid, Material, Sides
+from solver.lattice.arrays import Buffers
+from solver.lattice.spans import Spans
+from solver.surface.metric import Metric
+
+
+class SurfaceArrays(NamedTuple):
+    """The arrays of a run; velocities are in the frames of the cells.
+
+    Attributes
+    ----------
+    now, first_stage, second_stage
+        States at the start of the step and after its stages.
+    before
+        One row of the state at the start of the step, where a stage takes its place.
+    static
+        DRY or BELOW_YIELD where a cell is so, else 0; flat array of the padded lattice.
+    inner
+        (4,), whether a side is inside the lattice: what comes to it stops the run before the step.
+    """
+
+    now: Fields
+    first_stage: Fields
+    second_stage: Fields
+    before: Fields
+    static: Array
+    metric: Metric
+    material: Material
+    sides: Sides
+    grid: Grid
+    spans: Spans
+    inner: NDArray[np.bool_]
+    buffers: Buffers
+    record: Record

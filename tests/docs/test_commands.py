@@ -1,0 +1,200 @@
+"""Every command and every snippet of README and docs, run as written.
+
+Commands that take minutes are checked for their options alone. Scenarios are those of the repository with
+fewer points and runs.
+"""
+
+import importlib
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+import warnings
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from commands import pipeline
+from root import ROOT
+
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+TEXTS = {page.name: page.read_text(encoding="utf-8") for page in PAGES}
+# what the words of the table in README stand for
+WORDS = {
+    "FILES": "heap.yaml",
+    "FILE": "made/table.csv",
+    "FOLDER": "made/folder",
+    "STORE": "place/heap.zarr",
+    "OUT": "place",
+    "PLACE": "place",
+    "N": "1",
+    "S": "1",
+    "M": "0.1",
+}
+SMALL = {
+    "heap": (("points: {spacing: 1}", "output: {threshold: 0.1}\npoints: {spacing: 4}"),),
+    "valley": (
+        *(("spacing: 4", "spacing: 16"), ("count: 256", "count: 40")),
+        *(("[0.25, 0.5, 1]", "[0.5]"), ("[1, 5, 10]", "[5]"), ("[10, 30]", "[30]")),
+    ),
+    "paper": (
+        *(("spacing: 0.2", "spacing: 0.5"), ("count: 15700", "count: 900")),
+        *(("end: 24, output_every: 1", "end: 2, output_every: 1"), ("end: 24", "end: 2")),
+    ),
+}
+# minutes each, or what makes and checks the project itself
+ELSEWHERE = ("pip", "pytest", "ruff", "mypy", ".ci/run")
+SLOW_MODULES = (
+    *("pipeline.studies.scale", "pipeline.studies.collocation_scan", "pipeline.studies.stability"),
+    "solver.verification.exact_cases",
+)
+
+
+def commands() -> Iterator[tuple[str, str]]:
+    """Go through all commands of all pages, those that do the same once: a page, and a command."""
+    seen: set[str] = set()
+    for name, command in written():
+        same = re.sub(r"^pipeline (hazard|report|sensitivity|tables) OUT$", r"pipeline \1 valley", command)
+        if same not in seen:
+            seen.add(same)
+            yield name, command
+
+
+def written() -> Iterator[tuple[str, str]]:
+    for name, text in TEXTS.items():
+        found = [
+            re.sub(r"\s+#.*", "", line)
+            for block in re.findall(r"^```sh\n(.*?)^```$", text, flags=re.MULTILINE | re.DOTALL)
+            for line in block.splitlines()
+            if line.strip() and not line.startswith("#")
+        ]
+        prose = re.sub(r"^```.*?^```$", "", text, flags=re.MULTILINE | re.DOTALL)
+        found += re.findall(r"`((?:pipeline|python -m) [^`]+)`", prose)
+        for line in dict.fromkeys(found):
+            for command in line.split(" && "):
+                # a name alone is no command line
+                if len(command.split()) > 2 or command.split()[0] in ("pytest", "mypy") or "sh" in command:
+                    yield name, command
+
+
+def snippets() -> Iterator[tuple[str, int, str]]:
+    for name, text in TEXTS.items():
+        found = re.findall(r"^```python\n(.*?)^```$", text, flags=re.MULTILINE | re.DOTALL)
+        yield from ((name, number, code) for number, code in enumerate(found))
+
+
+def smaller(text: str, name: str) -> str:
+    for before, after in SMALL[name]:
+        text = text.replace(before, after)
+    # one run of each of the paper's scenarios
+    return text.partition("\nsweep:")[0] + "\n" if name == "paper" else text
+
+
+@pytest.fixture(scope="module")
+def folder(shipped, tmp_path_factory) -> Path:
+    """A folder as a user has it after the first command of README, with less to compute in the rest."""
+    here = tmp_path_factory.mktemp("user")
+    (here / "scenarios").mkdir()
+    for path in (ROOT / "scenarios").iterdir():
+        if path.is_file():
+            (here / "scenarios" / path.name).symlink_to(path)
+    for name in ("valley", "paper"):
+        (here / "scenarios" / name).mkdir()
+        for path in (ROOT / "scenarios" / name).iterdir():
+            text = path.read_text(encoding="utf-8")
+            (here / "scenarios" / name / path.name).write_text(
+                smaller(text, name) if path.suffix == ".yaml" else text
+            )
+    shutil.copytree(ROOT / "docs", here / "docs")
+    # other tests look at the results of the catalogue too
+    shutil.copytree(shipped.out, here / "results", copy_function=os.link)
+    (block,) = re.findall(r"^```yaml\n(.*?)^```$", TEXTS["README.md"], flags=re.MULTILINE | re.DOTALL)
+    (here / "heap.yaml").write_text(smaller(block, "heap"))
+    (here / "outline.csv").write_text("x,y\n60,-20\n100,-20\n100,20\n60,20\n")
+    return here
+
+
+@pytest.fixture
+def user(folder, monkeypatch, shared_workers):
+    """Be in that folder; studies that take minutes do nothing."""
+    monkeypatch.chdir(folder)
+    monkeypatch.setattr("pipeline.assess.sensitivity.RESAMPLES", 4)
+    monkeypatch.setattr("pipeline.studies.bench.bench", lambda to, tell, quick: [to / "bench.md"])
+    monkeypatch.setattr("pipeline.studies.stress.campaign.stress", lambda *given: ([], []))
+    return folder
+
+
+def as_given(command: str) -> list[str]:
+    """Arguments of a command line: the words of the table stand for something, patterns for their files."""
+    words = shlex.split(re.sub(r"[\[\]]", "", command))
+    if "--observed" in words:
+        words[words.index("--observed") + 1] = "outline.csv"
+    if words[:2] == ["pipeline", "report"]:
+        words = ["made/page.html" if word == "FILE" else word for word in words]
+    if words[:2] == ["pipeline", "plot"]:
+        words = ["made/plot.png" if word == "FILE" else word for word in words]
+    if words[0] == "pipeline" and words[1] in ("hazard", "report", "sensitivity", "tables"):
+        words = ["valley" if word == "OUT" else word for word in words]
+    if words[:2] == ["pipeline", "stress"]:
+        words = ["heap.yaml" if word == "FILE" else word for word in words]
+    words = [WORDS.get(word, word) for word in words]
+    return [
+        name for word in words for name in (sorted(map(str, Path().glob(word))) if "*" in word else [word])
+    ]
+
+
+def make(name: str) -> None:
+    """Have the results that a command reads."""
+    if name == "place" and not Path("place").exists():
+        assert pipeline("run", "heap.yaml", "--out", "place").exit_code == 0
+    if name == "valley" and not Path("valley").exists():
+        assert pipeline("run", "scenarios/valley/valley.yaml", "--out", "valley").exit_code == 0
+    if name == "results/paper" and not Path("results/paper").exists():
+        files = sorted(Path("scenarios/paper").glob("*.yaml"))
+        assert pipeline("run", *files, "--out", "results/paper").exit_code in (0, 1)
+
+
+@pytest.mark.parametrize(("page", "command"), list(commands()))
+def test_commands_do_what_is_written(user, page, command):
+    words = as_given(command)
+    if words[0] in ELSEWHERE:
+        return
+    if words[0] == "pipeline":
+        for word in words[2:]:
+            make("place" if word.startswith("place") else word)
+        done = pipeline(*words[1:])
+        allowed = (0, 1) if "results/paper" in words else (0,)
+        assert done.exit_code in allowed, done.output
+        return
+    assert words[:2] == ["python", "-m"], f"what to do with '{command}'?"
+    if words[2] in SLOW_MODULES:
+        assert "__main__" in Path(importlib.import_module(words[2]).__file__).read_text(encoding="utf-8")
+        return
+    line, _, to = command.partition(" > ")
+    line = re.sub("^python", shlex.quote(sys.executable), line)
+    done = subprocess.run(shlex.split(line), capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    if to:
+        assert done.stdout == (ROOT / to).read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(("page", "number", "code"), list(snippets()))
+def test_snippets_run_to_their_end(user, page, number, code):
+    with warnings.catch_warnings():
+        # shipped scenarios are not all on the same points
+        warnings.simplefilter("ignore", UserWarning)
+        exec(compile(code, f"{page}, snippet {number}", "exec"), {})
+
+
+def test_the_commands_are_found():
+    found = [command for _, command in commands()]
+    assert len(found) > 30
+    for command in (
+        "pipeline run scenarios/*.yaml",
+        "pipeline tables valley",
+        "pipeline figures results/paper",
+    ):
+        assert command in found
+    assert len(list(snippets())) == 6
