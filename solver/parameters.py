@@ -14,6 +14,8 @@ from typing import Any, ClassVar, TypeVar, dataclass_transform, overload
 
 Class = TypeVar("Class", bound=type)
 _KEY = "parameter"
+# the abstract class last, as it takes longest to ask
+_NUMBERS = (float, int, Real)
 
 
 class ParameterError(ValueError):
@@ -96,7 +98,7 @@ class Parameter:
             if self.ordered and not value[0] < value[1]:
                 found = f"[{value[0]:g}, {value[1]:g}]"
                 raise ParameterError(f"expected a lower bound below the upper one, found {found}", name)
-        elif isinstance(value, Real) and not isinstance(value, bool):
+        elif isinstance(value, _NUMBERS) and not isinstance(value, bool):
             self._check_number(name, float(value))
 
     def _check_number(self, name: str, value: float) -> None:
@@ -131,6 +133,18 @@ def declaration(of: Field[Any]) -> Parameter | None:
     return found
 
 
+_parameters: dict[type, list[tuple[Field[Any], Parameter]]] = {}
+
+
+def parameters(cls: type) -> list[tuple[Field[Any], Parameter]]:
+    """Give the fields of a dataclass that are parameters, each with its declaration."""
+    if cls not in _parameters:
+        _parameters[cls] = [
+            (each, declared) for each in fields(cls) if (declared := declaration(each)) is not None
+        ]
+    return _parameters[cls]
+
+
 @overload
 def parametric(cls: Class, /) -> Class: ...
 @overload
@@ -155,8 +169,7 @@ class Checked:
     advice: ClassVar[str] = ""
 
     def __post_init__(self) -> None:
-        for each in fields(self):  # type: ignore[arg-type]
-            declared = declaration(each)
+        for each, declared in parameters(type(self)):
             value = getattr(self, each.name)
-            if declared is not None and not (value is None and each.default is None):
+            if not (value is None and each.default is None):
                 declared.check(each.name, value)

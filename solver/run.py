@@ -14,7 +14,6 @@ from solver.kernels.record import Record
 from solver.kernels.runge_kutta import AT_REST, OUT_OF_STEPS, Limits, Progress
 from solver.kernels.state import DEPTH, NO_SLIP, OPEN, WALL, Fields, Material, Sides
 from solver.physics.elevation import Surface
-from solver.physics.friction import Voellmy
 from solver.scene import Scene
 
 Carried = Mapping[str, NDArray[Any]]
@@ -279,6 +278,7 @@ def falling_rate(scene: Scene, x: Array, y: Array, widths: Array | float) -> Arr
 def material_of(scene: Scene, depth: Array, sides: Sides) -> Material:
     """Give friction, earth pressure and wet limit to the kernels; ``depth`` is the initial one, m."""
     friction = scene.friction
-    drag = scene.gravity / friction.turbulent_friction if isinstance(friction, Voellmy) else 0.0
     dry = scene.scheme.wet_limit * max(depth.max(), sides.depth.max())
-    return Material(friction.tangent, drag, scene.earth_pressure.coefficients(), float(dry))
+    return Material(
+        friction.tangent, friction.drag(scene.gravity), scene.earth_pressure.coefficients(), float(dry)
+    )

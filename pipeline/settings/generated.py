@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import MISSING, Field, fields, is_dataclass
+from dataclasses import MISSING, fields, is_dataclass
 from inspect import cleandoc
 from types import EllipsisType, NoneType, UnionType
 from typing import Annotated, Any, ClassVar, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
@@ -18,7 +18,7 @@ import pydantic
 from pydantic import SerializerFunctionWrapHandler, Tag, create_model, model_serializer, model_validator
 
 from pipeline.settings.section import Section, chosen_by, key, kind, relation
-from solver.parameters import Parameter, ParameterError, declaration
+from solver.parameters import Parameter, ParameterError, declaration, parameters
 
 T = TypeVar("T")
 # keys of a section, each with its type and its declaration
@@ -44,9 +44,13 @@ class FlatSection(Section):
 
 
 class Generated(FlatSection):
-    """Base of sections made from one dataclass, ``source``."""
+    """Base of sections made from one dataclass.
+
+    source : the dataclass. complete : whether its keys are all that it needs.
+    """
 
     source: ClassVar[type]
+    complete: ClassVar[bool] = True
 
     def make(self, **given: Any) -> Any:
         """Make an instance of the dataclass; ``given`` are fields that no key holds."""
@@ -54,7 +58,7 @@ class Generated(FlatSection):
 
     @model_validator(mode="after")
     def _consistent(self) -> Generated:
-        if all(declaration(each) or each.default is not MISSING for each in fields(self.source) if each.init):
+        if self.complete:
             self.make()
         return self
 
@@ -95,7 +99,9 @@ def made(
             if value is not None:
                 raise relation(f"expected either {name} or {other.name}, found both", other.name, name)
             name, value = other.name, other.convert(second)
-        if value is None and each.default is MISSING:
+        if value is None:
+            if each.default is not MISSING:
+                continue
             because = f" with {why} {tag(cls)}" if why else ""
             raise relation(f"expected a value{because}, found nothing", name, *related)
         values[each.name], keys[each.name] = _objects(value), name
@@ -121,22 +127,18 @@ def _parted(names: Iterable[str]) -> list[tuple[str, str, str]]:
     return [name.partition(".") for name in names]
 
 
-def parameters(cls: type) -> list[tuple[Field[Any], Parameter]]:
-    """Give the fields of a dataclass that are parameters, each with its declaration."""
-    return [(each, declared) for each in fields(cls) if (declared := declaration(each)) is not None]
-
-
 def keys_of(cls: type, *, optional: bool = False) -> Keys:
     """Give the keys of a section for the parameters of a dataclass.
 
-    optional : whether each may be left out, as in a section with the keys of several classes.
+    optional : whether those without a default may be left out, as in a section with the keys of several
+    classes.
     """
     hints, found = get_type_hints(cls), Keys()
     for each, declared in parameters(cls):
         other = declared.alternative
-        default = ... if each.default is MISSING else each.default
-        if optional or other is not None:
-            default = None
+        default = each.default
+        if default is MISSING:
+            default = None if optional or other is not None else ...
         hint = _strict(hints[each.name], declared)
         found[declared.key or each.name] = (
             hint if default is not None else hint | None,
@@ -221,6 +223,9 @@ def section_with(cls: type, choice: str, more: Keys, *, default: bool = False) -
     )
     model.source, model.advice = cls, getattr(cls, "advice", "")
     model.alternatives = alternatives_of(cls)
+    model.complete = all(
+        declaration(each) or each.default is not MISSING for each in fields(cls) if each.init
+    )
     return model
 
 

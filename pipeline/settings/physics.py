@@ -1,4 +1,4 @@
-"""Settings of terrain, release, material and scheme, made from the solver's own dataclasses.
+"""Sections for terrain, release, material and scheme, made from the solver's own dataclasses.
 
 A class that is named in the solver's list of its kind (`terrain.PROFILES`, `shapes.SHAPES`, `friction.LAWS`,
 `earth_pressure.LAWS`, `scheme.SCHEMES`) can be chosen in a scenario file.
@@ -25,6 +25,7 @@ from pipeline.settings.generated import (
 )
 from pipeline.settings.section import key, kind, relation
 from solver import scheme
+from solver.parameters import parameters
 from solver.physics import earth_pressure, friction, terrain, terrain_table
 from solver.release import shapes
 
@@ -66,7 +67,7 @@ class MaterialLaws(FlatSection):
         resistance: friction.Coulomb = self._shorthand() if named is None else named.make()
         law = _PRESSURES[getattr(self, "earth_pressure")]  # noqa: B009
         given = {}
-        if named is not None and "bed_friction" in keys_of(law):
+        if named is not None and any(each.name == "bed_friction" for each, _ in parameters(law)):
             given = {"bed_friction": (resistance.bed_friction, "friction")}
         return resistance, made(law, self, given, why="earth_pressure")
 

@@ -53,6 +53,10 @@ class Coulomb(Checked):
         """Friction coefficient mu = tan(delta), dimensionless."""
         return friction_coefficient(self.bed_friction)
 
+    def drag(self, gravity: float) -> float:
+        """Drag per unit of mass over |u|^2 / h, dimensionless: none; ``gravity`` in m s-2."""
+        return 0.0
+
 
 @parametric
 class Voellmy(Coulomb):
@@ -70,6 +74,10 @@ class Voellmy(Coulomb):
         "Voellmy's turbulent friction xi", "m s-2", above=0, advice="Usually 100 to 1000 for debris flows."
     )
 
+    def drag(self, gravity: float) -> float:
+        """Drag per unit of mass over |u|^2 / h, dimensionless: g / turbulent_friction."""
+        return gravity / self.turbulent_friction
 
-LAWS = (Coulomb, Voellmy)
+
+LAWS: tuple[type[Coulomb], ...] = (Coulomb, Voellmy)
 """All laws of basal friction. A law that is named here can be chosen in a scenario file."""

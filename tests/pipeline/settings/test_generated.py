@@ -4,12 +4,14 @@ from typing import ClassVar, Literal
 import numpy as np
 import pytest
 from pydantic import ValidationError, create_model
+from pydantic_core import PydanticCustomError
 
 from pipeline.runs.runs import expand
 from pipeline.scenario.scenario import load
 from pipeline.scenario.schema_errors import check
 from pipeline.scenario.sweep import meaning_of
-from pipeline.settings.generated import section_of, summary, tag, union_of
+from pipeline.settings.generated import keys_of, section_of, summary, tag, union_of
+from pipeline.settings.generated import made as make
 from pipeline.settings.section import Section, sections_of
 from solver.parameters import Alternative, Checked, Parameter, ParameterError, parameter, parametric
 from solver.physics import earth_pressure, friction, terrain
@@ -112,6 +114,22 @@ def test_the_schema_has_units_choices_and_advice():
         ("bed", "ramp"),
         ("bed", "ramp", "pieces"),
     ]
+
+
+@parametric
+class Soft(Checked):
+    """A soft law."""
+
+    stiffness: float = parameter("stiffness", above=0)
+    width: float = parameter("width", default=0.1, at_least=0)
+
+
+def test_a_flat_section_has_the_keys_and_defaults_of_a_class_that_needs_them_only_when_chosen():
+    flat = create_model("Flat", __base__=Section, law=(str, "soft"), **keys_of(Soft, optional=True))
+    assert make(Soft, flat(stiffness=2.0), why="law") == Soft(2.0, 0.1)
+    assert flat().model_dump() == {"law": "soft", "stiffness": None, "width": 0.1}
+    with pytest.raises(PydanticCustomError, match="expected a value with law soft, found nothing"):
+        make(Soft, flat(), why="law")
 
 
 BASE = {
