@@ -10,12 +10,15 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from solver.forms import prepare as prepare
+    from solver.parameters import ParameterError as ParameterError
     from solver.physics.earth_pressure import Isotropic as Isotropic
     from solver.physics.earth_pressure import MohrCoulomb as MohrCoulomb
+    from solver.physics.elevation import ElevationModel as ElevationModel
     from solver.physics.friction import Coulomb as Coulomb
     from solver.physics.friction import Voellmy as Voellmy
     from solver.physics.terrain import Bend as Bend
     from solver.physics.terrain import Plane as Plane
+    from solver.physics.terrain import Segment as Segment
     from solver.physics.terrain import Segments as Segments
     from solver.physics.terrain_table import Table as Table
     from solver.points.cloud import PointCloud as PointCloud
@@ -34,17 +37,19 @@ if TYPE_CHECKING:
     from solver.result import Ledger as Ledger
     from solver.result import Result as Result
     from solver.scene import Boundaries as Boundaries
-    from solver.scene import Collocation as Collocation
     from solver.scene import Scene as Scene
-    from solver.scene import WeightedResidual as WeightedResidual
+    from solver.scheme import Collocation as Collocation
+    from solver.scheme import WeightedResidual as WeightedResidual
     from solver.simulation import simulate as simulate
     from solver.warmup import compile_kernels as compile_kernels
 
 _PLACES = {
     "solver.forms": ("prepare",),
+    "solver.parameters": ("ParameterError",),
+    "solver.physics.elevation": ("ElevationModel",),
     "solver.physics.earth_pressure": ("Isotropic", "MohrCoulomb"),
     "solver.physics.friction": ("Coulomb", "Voellmy"),
-    "solver.physics.terrain": ("Bend", "Plane", "Segments"),
+    "solver.physics.terrain": ("Bend", "Plane", "Segment", "Segments"),
     "solver.physics.terrain_table": ("Table",),
     "solver.points.cloud": ("PointCloud", "given_points", "graded_points", "random_points"),
     "solver.points.lattice": ("Lattice",),
@@ -52,7 +57,8 @@ _PLACES = {
     "solver.release.initial_state": ("initial_state",),
     "solver.release.shapes": ("Box", "Cap", "Cylinder", "Hemisphere", "Paraboloid"),
     "solver.result": ("Failure", "Ledger", "Result"),
-    "solver.scene": ("Boundaries", "Collocation", "Scene", "WeightedResidual"),
+    "solver.scene": ("Boundaries", "Scene"),
+    "solver.scheme": ("Collocation", "WeightedResidual"),
     "solver.simulation": ("simulate",),
     "solver.warmup": ("compile_kernels",),
 }

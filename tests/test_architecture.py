@@ -17,8 +17,15 @@ FORMS = ("solver.lattice", "solver.cloud", "solver.collocation")
 # from the bottom up: each imports from those before it alone
 LAYERS = (
     *("solver.physics", "solver.points", "solver.release", "solver.lmls", "solver.kernels"),
-    *(FORMS, "solver.checks", "solver.verification"),
-    *("pipeline.mistakes", "pipeline.errors", "pipeline.store", "pipeline.settings", "pipeline.scenario"),
+    *(FORMS, "solver.surface", "solver.checks", "solver.verification"),
+    *(
+        "pipeline.mistakes",
+        "pipeline.errors",
+        "pipeline.store",
+        "pipeline.inputs",
+        "pipeline.settings",
+        "pipeline.scenario",
+    ),
     *("pipeline.runs", "pipeline.batch", "pipeline.assess", "pipeline.hazard", "pipeline.report"),
     *(
         "pipeline.results",

@@ -15,7 +15,7 @@ from scipy.spatial import KDTree
 from pipeline.assess.frames import mean_spacing
 from pipeline.assess.georeference import Frame
 from pipeline.assess.receptors import Cells
-from pipeline.scenario import text_table
+from pipeline.inputs import text_table
 from pipeline.scenario.scenario import stored
 
 Array = NDArray[np.float64]

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from pipeline.scenario.elevation_table import ElevationTable
+    from pipeline.inputs.elevation_table import ElevationTable
     from pipeline.scenario.sweep import Value
     from pipeline.settings.settings import Settings
 

@@ -13,8 +13,8 @@ from pipeline.scenario import solver_objects
 from solver.points.lattice import Lattice
 
 if TYPE_CHECKING:
+    from pipeline.inputs.point_file import PointFile
     from pipeline.runs.run import Run
-    from pipeline.scenario.point_file import PointFile
     from pipeline.settings.settings import Settings
     from pipeline.store.storage import Location
     from solver.forms import Kind, Operators

@@ -11,12 +11,13 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from pipeline.inputs import elevation_table, point_file, reference_system
+from pipeline.inputs.elevation_table import ElevationTable
+from pipeline.inputs.point_file import PointFile
 from pipeline.mistakes import BadInput, Mistake
-from pipeline.scenario import elevation_table, endless, point_file, reference_system, solver_objects
+from pipeline.scenario import endless, solver_objects
 from pipeline.scenario.design import share_within
-from pipeline.scenario.elevation_table import ElevationTable
 from pipeline.scenario.places import on_bed, part_inside, receptors_on_bed
-from pipeline.scenario.point_file import PointFile
 from pipeline.scenario.schema_errors import Problem, check
 from pipeline.scenario.strict_yaml import Document, Path
 from pipeline.scenario.sweep_checks import check_design

@@ -13,11 +13,11 @@ import numpy as np
 import yaml
 from pydantic import TypeAdapter
 
+from pipeline.inputs.elevation_table import ElevationTable
+from pipeline.inputs.point_file import PointFile
 from pipeline.mistakes import BadInput, Mistake, describe
 from pipeline.scenario import checks
 from pipeline.scenario.design import draw
-from pipeline.scenario.elevation_table import ElevationTable
-from pipeline.scenario.point_file import PointFile
 from pipeline.scenario.schema_errors import check
 from pipeline.scenario.strict_yaml import parse
 from pipeline.settings.receptor import Receptor

@@ -16,8 +16,8 @@ from solver.release.shapes import Release
 from solver.scheme import Scheme
 
 if TYPE_CHECKING:
-    from pipeline.scenario.elevation_table import ElevationTable
-    from pipeline.scenario.point_file import PointFile
+    from pipeline.inputs.elevation_table import ElevationTable
+    from pipeline.inputs.point_file import PointFile
     from pipeline.settings.settings import Settings
 
     # compiled code takes longer to import than a scenario to check

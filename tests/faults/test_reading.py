@@ -458,7 +458,7 @@ def test_points_and_observations_of_another_kind_are_told_as_such(tmp_path, data
 
     from pipeline.assess.observed import ObservationError
     from pipeline.assess.observed import read as read_observed
-    from pipeline.scenario.point_file import read as read_points
+    from pipeline.inputs.point_file import read as read_points
 
     path = tmp_path / "p.csv"
     path.write_bytes(data)
@@ -480,14 +480,14 @@ def test_points_and_observations_of_another_kind_are_told_as_such(tmp_path, data
     ],
 )
 def test_points_are_read_by_their_headings_and_units(tmp_path, written, points):
-    from pipeline.scenario.point_file import read as read_points
+    from pipeline.inputs.point_file import read as read_points
 
     (tmp_path / "p.csv").write_text(written)
     assert read_points(tmp_path / "p.csv").points == pytest.approx(np.array(points))
 
 
 def test_rows_with_more_values_than_headings_do_not_shift_points(tmp_path):
-    from pipeline.scenario.point_file import read as read_points
+    from pipeline.inputs.point_file import read as read_points
 
     (tmp_path / "p.csv").write_text("x,y\n1,2,9\n3,4,9\n")
     with pytest.raises(BadInput, match=r"p.csv:2:1: expected 2 values a line, one a heading, found more"):

@@ -12,11 +12,11 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
+from pipeline.inputs.point_file import PointFile
 from pipeline.mistakes import BadInput
 from pipeline.runs.run import Run
 from pipeline.runs.scene_of_run import Prepared, build_scene
 from pipeline.runs.shared_points import made
-from pipeline.scenario.point_file import PointFile
 from pipeline.scenario.scenario import load
 from pipeline.scenario.schema_errors import check
 from pipeline.scenario.strict_yaml import parse

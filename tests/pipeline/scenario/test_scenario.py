@@ -8,8 +8,8 @@ import pytest
 from pydantic import BaseModel, ValidationError
 from root import ROOT
 
+from pipeline.inputs.elevation_table import read
 from pipeline.scenario import reference
-from pipeline.scenario.elevation_table import read
 from pipeline.scenario.scenario import differences, json_schema, load
 from pipeline.settings.settings import Settings
 from solver.scene import Collocation, WeightedResidual

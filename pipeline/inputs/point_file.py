@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from pipeline.inputs import text_table
+from pipeline.inputs.text_table import METRES
 from pipeline.mistakes import BadInput, Mistake
-from pipeline.scenario import text_table
-from pipeline.scenario.text_table import METRES
 
 COLUMNS = ("x", "y")
 WANTED = "a CSV file with the columns x and y"

@@ -6,9 +6,9 @@ import zipfile
 import numpy as np
 import pytest
 
+from pipeline.inputs.elevation_table import read
+from pipeline.inputs.text_table import heading
 from pipeline.mistakes import BadInput
-from pipeline.scenario.elevation_table import read
-from pipeline.scenario.text_table import heading
 
 
 def table(tmp_path, text):

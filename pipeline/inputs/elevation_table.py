@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from pipeline.inputs import text_table
+from pipeline.inputs.text_table import METRES, Heading, Row
 from pipeline.mistakes import BadInput, Mistake
-from pipeline.scenario import text_table
-from pipeline.scenario.text_table import METRES, Heading, Row
 
 WANTED = "a CSV of distance and elevation along the profile"
 # headings that are understood, in small letters, without their unit

@@ -5,7 +5,7 @@ import pytest
 import rasterio
 from rasterio.transform import Affine, from_origin
 
-from pipeline.scenario.elevation_raster import ElevationRasterError, read
+from pipeline.inputs.elevation_raster import ElevationRasterError, read
 
 Z = np.arange(24 * 30, dtype=np.float32).reshape(24, 30) + 1000
 

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from pipeline.scenario.outlines import OutlineError, read
+from pipeline.inputs.outlines import OutlineError, read
 
 SQUARE = [[2600000.0, 1200000.0], [2600040.0, 1200000.0], [2600040.0, 1200030.0], [2600000.0, 1200030.0]]
 HOLE = [[2600010.0, 1200010.0], [2600020.0, 1200010.0], [2600020.0, 1200020.0], [2600010.0, 1200020.0]]
