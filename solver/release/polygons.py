@@ -9,10 +9,9 @@ from typing import Literal
 import numpy as np
 
 from solver.arrays import Array
-from solver.physics.elevation import Surface
+from solver.physics.elevation import Surface, lifted_area
 from solver.points.lattice import Lattice
 from solver.release.initial_state import Laid
-from solver.surface.metric import lifted_area
 
 # What is left of a cell outside a polygon is round-off.
 SLIVER = 1e-12

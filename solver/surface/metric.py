@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.arrays import Array
-from solver.physics.elevation import Surface
+from solver.physics.elevation import Surface, frames_of, plan_slopes
 
 
 class EdgeFrames(NamedTuple):
@@ -56,25 +56,6 @@ class Metric(NamedTuple):
     drain: NDArray[np.int8]
     x_edges: EdgeFrames
     y_edges: EdgeFrames
-
-
-def lifted_area(corners: Array, spacing: float) -> Array:
-    """Areas of the cells between corners of shape (m + 1, n + 1), (m, n), m2."""
-    b_x, b_y = plan_slopes(corners, spacing)
-    return np.asarray(spacing * spacing * np.sqrt(1.0 + (b_x * b_x + b_y * b_y)))
-
-
-def plan_slopes(corners: Array, spacing: float) -> tuple[Array, Array]:
-    """Give the derivatives of elevation in plan, means over the cells, two of shape (m, n)."""
-    south_west, south_east, north_west, north_east = (
-        corners[:-1, :-1],
-        corners[:-1, 1:],
-        corners[1:, :-1],
-        corners[1:, 1:],
-    )
-    b_x = ((north_east + south_east) - (north_west + south_west)) / (2 * spacing)
-    b_y = ((north_west + north_east) - (south_west + south_east)) / (2 * spacing)
-    return b_x, b_y
 
 
 def metric_of(
@@ -168,11 +149,3 @@ def _padded(edges: list[Array], fills: tuple[float, ...], shape: tuple[int, int]
     for full, values in zip(laid, edges, strict=True):
         full[: values.shape[0], : values.shape[1]] = values
     return EdgeFrames(*(full.ravel() for full in laid))
-
-
-def frames_of(corners: Array, spacing: float) -> tuple[Array, Array]:
-    """Give the unit vectors e1 and e2 of the cells between corners (m + 1, n + 1), two of shape (3, m, n)."""
-    b_x, b_y = plan_slopes(corners, spacing)
-    w, level = np.sqrt(1.0 + (b_x * b_x + b_y * b_y)), np.sqrt(1.0 + b_x * b_x)
-    e_1 = np.stack([1.0 / level, np.zeros_like(b_x), b_x / level])
-    return e_1, np.stack([-b_x * b_y / (w * level), level / w, b_y / (w * level)])

@@ -11,11 +11,11 @@ from solver.kernels.state import GHOSTS, Bed, Fields
 from solver.lattice.run import LatticeRun, roomy
 from solver.lattice.window import Part, Window
 from solver.physics.earth_pressure import Isotropic
-from solver.physics.elevation import Surface
+from solver.physics.elevation import Surface, edges_of, lifted_area
 from solver.points.lattice import Lattice
 from solver.scene import Scene
 from solver.surface.arrays import SurfaceArrays
-from solver.surface.metric import lifted_area, metric_of
+from solver.surface.metric import metric_of
 from solver.surface.residual import stage
 from solver.surface.status import classify_surface
 from solver.surface.time_stepping import advance_surface
@@ -125,11 +125,6 @@ class SurfaceRun(LatticeRun):
     def volume(self) -> float:
         """Volume in the domain, m3."""
         return float((self._expanded(self.now.h) * self._area).sum())
-
-
-def edges_of(points: Array, spacing: float) -> Array:
-    """Edges of the cells around points (n,), shape (n + 1,), m."""
-    return np.append(points - spacing / 2, points[-1] + spacing / 2)
 
 
 def drains(

@@ -13,13 +13,12 @@ from scipy.integrate import solve_ivp
 
 from solver.arrays import Array
 from solver.physics.constants import GRAVITY
+from solver.physics.elevation import edges_of, frames_of, lifted_area
 from solver.physics.friction import Coulomb
 from solver.points.lattice import Lattice
 from solver.result import Result
 from solver.scene import Scene, WeightedResidual
 from solver.simulation import simulate
-from solver.surface.metric import frames_of, lifted_area
-from solver.surface.run import edges_of
 from solver.verification.exact_solutions import FrictionlessCap
 from solver.verification.surfaces import Bowl, Inclined, Trough, cell_means
 

@@ -5,10 +5,8 @@ import pytest
 
 from solver import Coulomb, Lattice, MohrCoulomb, Scene, Voellmy, simulate
 from solver.forms import begin
-from solver.physics.elevation import ElevationModel
+from solver.physics.elevation import ElevationModel, edges_of, lifted_area, plan_slopes
 from solver.scene import Boundaries
-from solver.surface.metric import lifted_area, plan_slopes
-from solver.surface.run import edges_of
 
 POINTS = Lattice((-60, 60), (-50, 50), 2.0)
 
