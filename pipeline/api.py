@@ -521,7 +521,7 @@ def _located(path: Anywhere) -> Location:
     try:
         return located(path)
     except (ImportError, ValueError) as error:
-        raise OptionError("out", str(error)) from None
+        raise OptionError("", str(error)) from None
 
 
 def _writable(path: Anywhere) -> Location:
@@ -545,13 +545,15 @@ def find_place(path: Anywhere) -> Location:
     Raises
     ------
     OptionError
-        If it is the store of a scenario, or a URL that is not written as one.
+        If it is the store of a scenario, a file, or a URL that is not written as one.
     """
     from pipeline.store.place import not_a_place
 
     found = _located(path)
     if _is_store(found):
-        raise OptionError("out", not_a_place(found))
+        raise OptionError("", not_a_place(found))
+    if isinstance(found, Path) and found.is_file():
+        raise OptionError("", f"{found}: expected a folder, found a file")
     return found
 
 

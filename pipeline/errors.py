@@ -29,12 +29,12 @@ class OptionError(ValueError):
     Parameters
     ----------
     option : str
-        Name of the parameter in Python, as ``memory_limit``.
+        Name of the parameter in Python, as ``memory_limit``; empty where the message names what it is about.
     message : str
         What was expected, and what was found.
     """
 
     def __init__(self, option: str, message: str) -> None:
-        super().__init__(f"{option}: {message}")
+        super().__init__(f"{option}: {message}" if option else message)
         self.option = option
         self.message = message

@@ -74,7 +74,7 @@ def _words(error: Exception) -> str:
     if isinstance(error, OptionError):
         name = error.option
         option = name if name.startswith("-") or name in ("out", "store") else f"--{name.replace('_', '-')}"
-        return f"{option}: {error.message}"
+        return f"{option}: {error.message}" if name else error.message
     if isinstance(error, ChangedError):
         return f"{error}\nuse --overwrite to replace, or another --out"
     if isinstance(error, OSError) and error.strerror and error.filename:

@@ -43,7 +43,7 @@ class Scenario:
     settings : the file's content with defaults filled in, before any sweep; releases and receptors in
     coordinates of the bed, whatever the file gives them in.
     path, text : the file and what stands in it.
-    data : what stands in it, as plain data; lists are tuples.
+    data : what stands in it, as plain data; lists are tuples, and releases are on the bed.
     content : canonical JSON of everything that decides the result (tables and draws by digest; left out is
     what ``IRRELEVANT`` lists).
     digest : SHA-256 of ``content``, hexadecimal.
@@ -113,7 +113,7 @@ def load(sources: Iterable[str | Path | Mapping[str, Any]]) -> list[Scenario]:
                     checked.settings,
                     path,
                     text,
-                    document.data,
+                    _placed(document.data, checked.settings),
                     content,
                     digest,
                     checked.tables,
@@ -141,6 +141,15 @@ def stored(attributes: Mapping[str, Any]) -> Settings:
     if receptors is None or found.georeference is None or found.georeference.receptors == "bed":
         return found
     return found.model_copy(update={"receptors": RECEPTORS.validate_json(str(receptors))})
+
+
+def _placed(data: dict[str, Any], settings: Settings) -> dict[str, Any]:
+    """Give the data of a file with its releases on the bed, where the file gives them on the map."""
+    ground = settings.georeference
+    if ground is None or ground.releases != "map":
+        return data
+    releases = [release.model_dump(exclude_unset=True) for release in settings.releases]
+    return {**data, "release": tuple(releases) if isinstance(settings.release, tuple) else releases[0]}
 
 
 def said(scenario: Scenario) -> dict[str, str]:

@@ -7,7 +7,7 @@ from stores import store_of
 from pipeline.assess.ensemble import counts, ensemble, together
 from pipeline.assess.receptors import reached
 from pipeline.assess.tables import quantiles, receptors, receptors_by_period, values
-from pipeline.hazard.mapping import hazard
+from pipeline.hazard.mapping import map_hazard
 from pipeline.settings.hazard import Hazard
 from pipeline.store.variables import Status
 
@@ -99,7 +99,7 @@ def test_a_drop_that_leaves_the_domain_bounds_nothing(made):
         assert 0 < store["volume_out_open"].item() < 1e-4 * store["volume_released"].item()
         assert store["status"].item() == Status.DONE
         assert probabilities(store)["church"] == (0, 0, 0)
-        found = hazard(ensemble(store), Hazard(depth=(0.5,)))
+        found = map_hazard(ensemble(store), Hazard(depth=(0.5,)))
         assert found["depth_exceedance_upper"].min() == 0
 
 
@@ -159,7 +159,7 @@ class TestReturnPeriods:
                 (300, 1),
             ]
             assert [row["runs_planned"] for row in rows] == [1, 1, 1]
-            found = hazard(ensemble(store), Hazard(depth=(0.05,)))
+            found = map_hazard(ensemble(store), Hazard(depth=(0.05,)))
             assert found.attrs["events_per_year"] == pytest.approx(0.1)
             there = found.sel(x=180, y=0, method="nearest")
             assert there["depth_exceedance_rate"].item() == pytest.approx(1 / 300, rel=1e-5)
@@ -169,9 +169,9 @@ class TestReturnPeriods:
     def test_give_the_same_maps_from_one_file_and_from_three(self, made):
         asked = Hazard(depth=(0.1, 1.0))
         with self.whole(made) as store:
-            one = hazard(ensemble(store), asked)
+            one = map_hazard(ensemble(store), asked)
         stores = list(self.parts(made))
-        three = hazard(together({store.attrs["title"]: ensemble(store) for store in stores}), asked)
+        three = map_hazard(together({store.attrs["title"]: ensemble(store) for store in stores}), asked)
         for store in stores:
             store.close()
         assert set(one) == set(three)

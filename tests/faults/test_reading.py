@@ -9,11 +9,11 @@ import pytest
 from commands import pipeline
 
 from pipeline.mistakes import BadInput
-from pipeline.runs.runs import build_scene, expand
-from pipeline.runs.shared_points import share
+from pipeline.runs.runs import expand, share
+from pipeline.runs.scene_of_run import build_scene
 from pipeline.runs.summary import summarise
 from pipeline.scenario.scenario import load
-from pipeline.scenario.solver_objects import shape
+from pipeline.scenario.solver_objects import releases
 
 TABLE = "{profile: table, file: p.csv, smoothing: 20}"
 PLANE = "{profile: plane, angle: 20}"
@@ -325,7 +325,8 @@ def test_releases_and_receptors_on_the_map_are_those_on_the_bed(read):
         SLOPE, terrain=TABLE, release=f"{{shape: cap, centre: [{e}, {n}], radius: 15, height: 2}}", more=lines
     )
     assert placed.settings.release.centre == pytest.approx((60, 5), abs=1e-6)
-    assert shape(expand(placed)[0].settings.release).extent == pytest.approx((45, 75, -10, 20), abs=1e-6)
+    (release,) = releases(expand(placed)[0].settings)
+    assert release.extent == pytest.approx((45, 75, -10, 20), abs=1e-6)
     assert placed.settings.receptors[0].point == pytest.approx((250, 10), abs=1e-6)
     assert np.array(placed.settings.receptors[1].line) == pytest.approx(
         np.array([[300, -30], [300, 30]]), abs=1e-6

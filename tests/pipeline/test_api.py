@@ -157,7 +157,7 @@ def test_what_a_scenario_warns_of_is_warned_of(out, solve):
 
 
 def test_opening_what_is_not_there_says_so(tmp_path):
-    with pytest.raises(FileNotFoundError, match="no store at"):
+    with pytest.raises(FileNotFoundError, match="expected the store of a scenario"):
         pipeline.open(tmp_path / "box.zarr")
     with pytest.raises(FileNotFoundError, match="no results in"):
         pipeline.open(tmp_path)

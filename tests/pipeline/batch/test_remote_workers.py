@@ -87,7 +87,7 @@ def test_a_cluster_that_has_lost_its_workers_is_trouble(scenario_file, out, log,
 def test_the_command_joins_a_cluster(scenario_file, out, scheduler):
     result = pipeline("run", scenario_file(20), "--out", out, "--scheduler", scheduler)
     assert result.exit_code == 0, result.stderr
-    assert counts(out / "box.zarr") == {Status.OVERRUN: 1}
+    assert counts(out / "box.zarr") == {Status.OVERRUN_AND_CUT_OFF: 1}
 
 
 def test_workers_with_other_software_are_refused(scenario_file, out, scheduler, monkeypatch):

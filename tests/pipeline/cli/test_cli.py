@@ -365,15 +365,18 @@ def test_a_store_given_as_a_place_and_a_place_as_a_store_are_told_apart(scenario
     store = out / "box.zarr"
     for command in (["tables", store], ["status", store], ["run", scenario_file(), "--out", store]):
         result = pipeline(*command)
-        words = f"out: expected the folder of results, {out}, found the store {store}"
+        words = f"{store}: expected the place that stores lie in, {out}, found the store of one scenario"
         assert (result.exit_code, result.stderr.strip()) == (2, words)
     result = pipeline("plot", out)
     assert (result.exit_code, result.stderr.strip()) == (
         2,
-        f"store: expected a store, as {store}, found the folder {out}",
+        f"{out}: expected a store, found a place; its stores are {store}",
     )
     result = pipeline("plot", out / "other.zarr")
-    assert (result.exit_code, result.stderr.strip()) == (2, f"no store at {out / 'other.zarr'}")
+    assert (result.exit_code, result.stderr.strip()) == (
+        2,
+        f"{out / 'other.zarr'}: expected the store of a scenario, as <out>/<name>.zarr, found none",
+    )
     result = pipeline("status", "s3:/bucket/path")
-    words = "out: expected a folder or a URL as s3://bucket/path, found 's3:/bucket/path'"
+    words = "s3:/bucket/path: expected a URL as s3://bucket/path, or a folder"
     assert (result.exit_code, result.stderr.strip()) == (2, words)

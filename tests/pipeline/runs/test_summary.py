@@ -117,7 +117,6 @@ def test_a_flow_that_climbs_the_other_side_of_its_valley_ends_there():
 def test_of_a_heap_that_stays_the_toe_is_its_lower_end():
     found = flow(SLOPE[::-1], *(3 * [box((7, 8), (-1, 1), 1)]))
     assert (found["front_x"], found["runout_distance"]) == (7, 1)
-    assert found == {"deposit_area": 0, "deposit_volume": 0, "peak_depth": 1, "peak_speed": 12}
 
 
 def test_what_overran_is_what_left_open_sides():
