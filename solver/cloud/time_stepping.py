@@ -31,7 +31,7 @@ def copy_runs(source: Fields, target: Fields, runs: Indices) -> None:
         target.v[start:stop] = source.v[start:stop]
 
 
-@kernel()
+@kernel(as_source=True, cached=False)
 def moving_volume_exceeds(arrays: CloudArrays, volume: float, started: bool) -> bool:
     """As `solver.lattice.spans.moving_volume_exceeds`."""
     now, static, area, activity = arrays.now, arrays.status.static, arrays.area, arrays.activity
