@@ -75,7 +75,11 @@ class _Unaliased(_Compiler):
 
 
 def kernel(
-    fastmath: bool = True, unaliased: bool = False, inline: bool = False, cached: bool = True
+    fastmath: bool = True,
+    unaliased: bool = False,
+    inline: bool = False,
+    as_source: bool = False,
+    cached: bool = True,
 ) -> Callable[[Callable[..., Any]], Any]:
     """Decorate a function to be compiled by Numba.
 
@@ -93,6 +97,10 @@ def kernel(
         by an index it cannot ask, and the loop does not vectorise.
     inline : bool
         Whether it becomes part of what calls it, however long it is: a loop that calls does not vectorise.
+    as_source : bool
+        Whether its source becomes part of what calls it, and it is not compiled by itself: that takes a second
+        where many arrays are given. No address of the kernels that it is given stays behind, with which Numba
+        could not keep the caller on disk.
     cached : bool
         Whether it is kept on disk.
     """
@@ -109,6 +117,7 @@ def kernel(
                 error_model="numpy",
                 fastmath=flags,
                 forceinline=inline,
+                inline="always" if as_source else "never",
                 pipeline_class=_Unaliased if unaliased else _Compiler,
             )(function)
         finally:

@@ -31,7 +31,7 @@ def copy_runs(source: Fields, target: Fields, runs: Indices) -> None:
         target.v[start:stop] = source.v[start:stop]
 
 
-@kernel()
+@kernel(as_source=True, cached=False)
 def moving_volume_exceeds(arrays: CloudArrays, volume: float, started: bool) -> bool:
     """As `solver.lattice.spans.moving_volume_exceeds`."""
     now, static, area, activity = arrays.now, arrays.status.static, arrays.area, arrays.activity
@@ -50,7 +50,7 @@ def moving_volume_exceeds(arrays: CloudArrays, volume: float, started: bool) -> 
     return False
 
 
-@kernel()
+@kernel(as_source=True, cached=False)
 def begin_step(arrays: CloudArrays, limits: Limits, progress: Progress) -> tuple[int, float, int]:
     """Find what is to be stepped, whether anything moves, and the largest wave rate, s-1."""
     rate = classify_cloud(arrays)
@@ -59,7 +59,7 @@ def begin_step(arrays: CloudArrays, limits: Limits, progress: Progress) -> tuple
     return CONTINUE if moves else AT_REST, rate, cells
 
 
-@kernel()
+@kernel(as_source=True, cached=False)
 def take_stage(
     arrays: CloudArrays, cells: int, k: int, part: float, share: float, dt: float, progress: Progress
 ) -> int:
@@ -79,7 +79,7 @@ def take_stage(
     return cells
 
 
-@kernel()
+@kernel(as_source=True, cached=False)
 def end_step(arrays: CloudArrays, limits: Limits, progress: Progress) -> int:
     """Record the maxima, and look for values that are not finite."""
     dry, threshold = arrays.material.dry, limits.arrival_depth

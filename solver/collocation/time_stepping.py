@@ -30,7 +30,7 @@ def moving_volume(now: Fields, area: Array, dry: float, count: int) -> float:
     return total
 
 
-@kernel()
+@kernel(as_source=True, cached=False)
 def differentiate(arrays: CollocationArrays, count: int) -> int:
     """Choose the points to be stepped, count of them before, and take derivatives there; count them."""
     now, stencils, images, scratch = arrays.now, arrays.stencils, arrays.images, arrays.scratch
@@ -40,7 +40,7 @@ def differentiate(arrays: CollocationArrays, count: int) -> int:
     return count
 
 
-@kernel()
+@kernel(as_source=True, cached=False)
 def begin_step(arrays: CollocationArrays, limits: Limits, progress: Progress) -> tuple[int, float, int]:
     """Set the earth pressure, and find the largest wave rate, s-1."""
     now, scratch = arrays.now, arrays.scratch
@@ -52,7 +52,7 @@ def begin_step(arrays: CollocationArrays, limits: Limits, progress: Progress) ->
     return CONTINUE, rate, count
 
 
-@kernel()
+@kernel(as_source=True, cached=False)
 def take_stage(
     arrays: CollocationArrays, count: int, k: int, part: float, share: float, dt: float, progress: Progress
 ) -> int:
@@ -69,7 +69,7 @@ def take_stage(
     return count
 
 
-@kernel()
+@kernel(as_source=True, cached=False)
 def end_step(arrays: CollocationArrays, limits: Limits, progress: Progress) -> int:
     """Record the maxima, and look for values that are not finite and for rest."""
     now, dry, n = arrays.now, arrays.material.dry, len(arrays.scratch.chosen)

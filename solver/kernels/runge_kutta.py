@@ -124,7 +124,7 @@ def less_moving(
     return left - amount, moves | (u != 0.0) | (v != 0.0)
 
 
-@kernel(inline=True, cached=False)
+@kernel(as_source=True, cached=False)
 def march(
     arrays: Any, begin_step: Any, take_stage: Any, end_step: Any, limits: Limits, progress: Progress
 ) -> int:

@@ -54,7 +54,7 @@ def record_maxima(
     return True
 
 
-@kernel()
+@kernel(as_source=True, cached=False)
 def begin_step(arrays: LatticeArrays, limits: Limits, progress: Progress) -> tuple[int, float, Rows]:
     """Find what is to be stepped, whether anything moves, and the largest wave rate, s-1."""
     now, status, sides, grid, spans = arrays.now, arrays.status, arrays.sides, arrays.grid, arrays.spans
@@ -71,7 +71,7 @@ def begin_step(arrays: LatticeArrays, limits: Limits, progress: Progress) -> tup
     return outcome, rate, rows
 
 
-@kernel()
+@kernel(as_source=True, cached=False)
 def take_stage(
     arrays: LatticeArrays, rows: Rows, k: int, part: float, share: float, dt: float, progress: Progress
 ) -> Rows:
@@ -88,7 +88,7 @@ def take_stage(
     return rows
 
 
-@kernel()
+@kernel(as_source=True, cached=False)
 def end_step(arrays: LatticeArrays, limits: Limits, progress: Progress) -> int:
     """Record the maxima, and look for values that are not finite."""
     finite = record_maxima(
