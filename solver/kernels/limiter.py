@@ -35,7 +35,8 @@ def limited(wanted: float, behind: float, ahead: float, steepness: float) -> flo
     """
     one, two = abs(behind), abs(ahead)
     most = 0.5 * steepness * (one if one < two else two)
-    most = most if behind * ahead > 0.0 else 0.0
+    # by the signs: a product would underflow
+    most = most if (behind > 0.0) == (ahead > 0.0) else 0.0
     return math.copysign(wanted if wanted < most else most, ahead)
 
 

@@ -52,6 +52,13 @@ def test_a_scene_that_once_broke_a_law_keeps_them_all(file):
     assert watch(ready.scene, float(ready.times[-1]), 2e6).violations == {}
 
 
+def test_what_underflows_does_not_hang_on_units():
+    """Ahead of the layer from a side of given depth, velocities decay below what doubles can hold."""
+    checks = repeat(read(next(path for path in ONCE_BROKEN if path.stem == "spray-that-underflows")))
+    assert {check.law: check.value for check in checks if not check.kept} == {}
+    assert {"gravity scales time", "length scales"} <= {check.law for check in checks}
+
+
 @pytest.mark.parametrize("number", [1, 8])
 def test_repeating_a_scene_gives_the_same(number):
     checks = repeat(draw(1, number))

@@ -102,8 +102,10 @@ def test_a_flow_that_loses_half_its_speed_is_limited_by_minmod():
     ("back", "forth", "low", "high"),
     [(1, 1, 0.5, 0.5), (1, -1, 0, 0), (0, 1, 0, 0), (1, 8, 1, 1), (-1, -1, -0.5, -0.5), (1, 2, 2 / 3, 5 / 6)],
 )
-def test_the_limited_steps_are_within_the_smaller_difference(back, forth, low, high):
-    assert steps_to_faces(float(back), float(forth), 2.0) == pytest.approx((-low, high), rel=1e-15)
+@pytest.mark.parametrize("unit", [1.0, 1e-200])
+def test_the_limited_steps_are_within_the_smaller_difference(back, forth, low, high, unit):
+    found = steps_to_faces(unit * back, unit * forth, 2.0)
+    assert found == pytest.approx((-unit * low, unit * high), rel=1e-15, abs=0.0)
 
 
 @pytest.mark.parametrize(("front", "shown"), [(0.44, False), (0.46, True)])
