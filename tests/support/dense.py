@@ -100,9 +100,11 @@ def face_state(cell, at_face, beyond, behind, sign, dry):
     toward a dry cell before it has 0.45 of what lies behind, leads it, and is no more than a front faster.
     """
     (h, n, t), (depth, n_step, t_step), (h_behind, n_behind, wave) = cell, at_face, behind
-    depth = np.minimum(np.maximum(depth, np.where(sign * n > 0, 0.1 * h, 0)), 2 * h)
-    faster = np.maximum(0, sign * (n - n_behind))
-    led = (sign * n <= 0) | ((sign * n_behind > 0) & (faster**2 <= 4 * wave))
+    faster = np.maximum(0, sign * (n - n_behind)) ** 2
+    # up to the mean where it has come off what is behind
+    share = np.where(faster > 0, faster - 4 * np.maximum(0, wave), 0) / np.where(faster > 0, faster, 1)
+    depth = np.minimum(np.maximum(depth, np.where(sign * n > 0, h * np.maximum(0.1, share), 0)), 2 * h)
+    led = (sign * n <= 0) | ((sign * n_behind > 0) & (faster <= 4 * wave))
     part = np.where((depth > 1.9 * h) & (sign * (n + n_step) > 0), 0, 1)
     hidden = (beyond <= dry) & (h < 0.45 * h_behind) & led
     return np.where(hidden, 0.0, depth), n + part * n_step, t + part * t_step

@@ -60,7 +60,7 @@ SCENES = {
     "rough": (rough(1), 0.4),
     "rough, long steps": (rough(2, scheme=WeightedResidual(cfl=1.8)), 0.3),
     "rough, long steps, walls": (
-        rough(3, scheme=WeightedResidual(cfl=1.8), boundaries=all_sides("wall")),
+        rough(4, scheme=WeightedResidual(cfl=1.8), boundaries=all_sides("wall")),
         0.3,
     ),
     "coming to rest": (scene(Plane(5), Coulomb(35), speed=(1, 0), earth_pressure=MohrCoulomb(38, 35)), 3.0),

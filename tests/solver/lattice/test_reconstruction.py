@@ -138,3 +138,13 @@ def test_a_cell_shows_a_share_of_its_depth_where_it_moves_to(speed, least):
     low, high, *_ = reconstruct(h, n, n)
     assert high[0, 0] == pytest.approx(0.5 * least, abs=1e-15)
     assert low[0, 0] > 0.5
+
+
+@pytest.mark.parametrize(("wave", "share"), [(1e-9, 1.0), (0.05, 0.8), (0.24, 0.1)])
+def test_what_has_come_off_shows_up_to_its_mean_depth_where_it_moves_to(wave, share):
+    """A cell of speed 1 that nothing follows; ``wave`` is the square of the wave speed behind it."""
+    h = np.array([[10.0, 0.5, 0.01]] * 3)
+    n = np.array([[0.0, 1.0, 0.5]] * 3)
+    for sign in (1, -1):
+        low, high, *_ = reconstruct(h[:, ::sign], sign * n[:, ::sign], n, beta=wave / 10)
+        assert (high if sign == 1 else low)[0, 0] == pytest.approx(0.5 * share, rel=1e-8)
