@@ -14,10 +14,11 @@ from pipeline.studies.stress.repeats import repeat
 from pipeline.studies.stress.scenes import LAYOUTS, Drawn, draw, prepared, read
 from pipeline.studies.stress.shrink import shrink
 from pipeline.studies.stress.watch import Watched, watch
-from solver.checks.invariants import Check, Laws, State, state_of_run
+from solver.checks.invariants import Check, Laws, State, state_of_run, unseen
 from solver.forms import begin
 from solver.physics.friction import Coulomb
-from solver.physics.terrain import Plane
+from solver.physics.terrain import Plane, Segments
+from solver.points.lattice import Lattice
 
 SMALL = 1e5
 ONCE_BROKEN = sorted((ROOT / "scenarios" / "stress").glob("*.yaml"))
@@ -94,6 +95,21 @@ def test_the_laws_see_what_breaks_them():
     fast = changed(state, u=np.where(film, 60.0, state.u))
     assert "speed has a source" in broken(laws.of_state(fast))
     assert broken(laws.of_state(changed(state, u=state.u + 20.0))) >= {"kinetic energy has a source"}
+
+
+def test_a_cell_longer_than_a_cliff_may_fall_by_its_length():
+    """One of 1 m whose middle stands on the edge of 0.25 m of 80 degrees, and a lattice that resolves it."""
+    cliff = Segments((0.0, 2.0, 2.25), (0.0, 80.0, 0.0), joint=0.02)
+    coarse, fine = (
+        scene(cliff, heaps=(((1, 0), 1, 0.1),), lattice=Lattice((0.125, 6.125), (-1, 1), d))
+        for d in (1, 0.01)
+    )
+    steep = 9.81 * np.sin(np.radians(80))
+    assert unseen(coarse) == pytest.approx(0.75 * steep, rel=0.05)
+    assert unseen(fine) < 0.01 * steep
+    assert unseen(FLAT) == 0
+    limits = [start(case)[0].speed_limit(0.0) ** 2 / 2 for case in (coarse, fine)]
+    assert limits[0] - limits[1] == pytest.approx(0.75 * steep, rel=0.15)
 
 
 def test_the_laws_of_a_step_see_what_breaks_them():
