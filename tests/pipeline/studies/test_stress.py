@@ -1,6 +1,7 @@
 """The stress harness: what it draws, what it checks, and the scenes that once broke a law."""
 
 from dataclasses import replace
+from math import comb
 
 import numpy as np
 import pytest
@@ -9,8 +10,9 @@ from hypothesis import strategies as st
 from root import ROOT
 from scenes import SCENES, all_sides, scene
 
-from pipeline.studies.stress.campaign import is_repeated, perform, shrunk
+from pipeline.studies.stress.campaign import Row, is_repeated, perform, shrunk
 from pipeline.studies.stress.repeats import repeat
+from pipeline.studies.stress.report import largest_rate, rate
 from pipeline.studies.stress.scenes import LAYOUTS, Drawn, draw, prepared, read
 from pipeline.studies.stress.shrink import shrink
 from pipeline.studies.stress.watch import Watched, watch
@@ -147,6 +149,39 @@ def test_a_shrunk_scene_can_be_run(monkeypatch, tmp_path):
     assert small.points.size < row.drawn.points.size / 4
     again = read(small.write(tmp_path))
     assert len(again.data["release"]) == 1
+
+
+@pytest.mark.parametrize(
+    ("broken", "scenes", "bound"),
+    [
+        (0, 300, 9.936e-3),
+        (0, 5000, 5.990e-4),
+        (1, 150, 3.122e-2),
+        (6, 930, 1.269e-2),
+        (3, 3, 1.0),
+        (0, 0, 1.0),
+    ],
+)
+def test_the_largest_rate_is_that_which_the_campaign_would_contradict(broken, scenes, bound):
+    """As many broken or fewer would be found in one of twenty campaigns."""
+    found = largest_rate(broken, scenes)
+    assert found == pytest.approx(bound, rel=2e-3)
+    if scenes > broken:
+        fewer = sum(comb(scenes, k) * found**k * (1 - found) ** (scenes - k) for k in range(broken + 1))
+        assert fewer == pytest.approx(0.05, rel=1e-6)
+
+
+def test_the_rate_counts_what_was_run_of_the_conservative_form():
+    def row(number, **of):
+        return Row(replace(draw(1, number), data={"scheme": of.pop("scheme", {})}), **of)
+
+    bad = Watched()
+    bad.note([Check("speed has a source", 2.0, 1.5)], 0.1)
+    rows = [row(1, watched=Watched()), row(2, watched=bad), row(3, reason="refused")]
+    rows.append(row(4, watched=bad, scheme={"form": "collocation"}))
+    told = rate(rows)
+    assert "1 of 2 scenes" in told
+    assert "a rate of 0.5, at most 0.97 at 95 %" in told
 
 
 def test_an_error_is_told_as_a_broken_law(monkeypatch):
