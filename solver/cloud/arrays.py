@@ -25,6 +25,8 @@ class CloudArrays(NamedTuple):
         (cells,), of the control volumes, m2.
     widths
         (5, cells), from `solver.cloud.status.widths_of`.
+    around
+        From `solver.cloud.reconstruction.gradient_around`.
     """
 
     now: Fields
@@ -38,6 +40,7 @@ class CloudArrays(NamedTuple):
     widths: Array
     faces: Faces
     gradient: Gradient
+    around: Gradient
     blocks: Blocks
     activity: Activity
     buffers: CloudBuffers

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -46,6 +47,51 @@ def gradient_of(slope: Approximation) -> Gradient:
     return Gradient(neighbours.astype(np.uint32), along, across)
 
 
+def gradient_around(slope: Approximation) -> Gradient:
+    """Lay out the derivatives by the other cells of each support, whatever the value at the cell itself.
+
+    What a cell counts for is given to the others by their shape functions, whose first moment is zero: linear
+    fields keep their derivatives.
+    """
+    others = slope.value.copy()
+    others[:, 0] = 0.0
+    others /= others.sum(axis=1, keepdims=True)
+    along, across = (d + d[:, :1] * others for d in (slope.along, slope.across))
+    return gradient_of(replace(slope, along=along, across=across))
+
+
+@kernel(unaliased=True)
+def widening_at(now: Fields, around: Gradient, start: int, stop: int, dry: float, out: Array) -> None:
+    """Take u_x and v_y (s-1) around a run of cells, by `gradient_around`; a dry cell differs by nothing.
+
+    A cell that moves alone neither extends nor shortens, as on a lattice. By the slopes of `slopes_at` it
+    does one of both, by which way its support is lopsided.
+
+    Parameters
+    ----------
+    now, start, stop, dry
+        As in `slopes_at`.
+    out : (8, cells) array
+        The last two rows are filled.
+    """
+    h, u, v = now
+    for group in range(0, len(around.neighbours), GROUP):
+        for k in range(start, stop):
+            i = np.uint64(k)
+            u_i, v_i = u[i], v[i]
+            u_x, v_y = out[6, i], out[7, i]
+            if group == 0:
+                u_x = v_y = 0.0
+            for m in range(GROUP):
+                m_ = np.uint64(group) + np.uint64(m)
+                j = np.uint64(around.neighbours[m_, i])
+                a, b, h_j, u_j, v_j = around.along[m_, i], around.across[m_, i], h[j], u[j], v[j]
+                wet = 1.0 if h_j > dry else 0.0
+                u_x += a * (wet * (u_j - u_i))
+                v_y += b * (wet * (v_j - v_i))
+            out[6, i], out[7, i] = u_x, v_y
+
+
 @kernel(unaliased=True)
 def slopes_at(now: Fields, gradient: Gradient, start: int, stop: int, dry: float, out: Array) -> None:
     """LMLS derivatives of depth and velocity at a run of cells; a dry neighbour has no velocity to differ by.
@@ -58,8 +104,8 @@ def slopes_at(now: Fields, gradient: Gradient, start: int, stop: int, dry: float
         The cells.
     dry : float
         Depth up to which a cell counts as dry, m.
-    out : (6, cells) array
-        Filled with h_x, h_y, u_x, u_y (s-1), v_x, v_y (s-1).
+    out : (8, cells) array
+        The first six rows are filled with h_x, h_y, u_x, u_y (s-1), v_x, v_y (s-1).
     """
     h, u, v = now
     for group in range(0, len(gradient.neighbours), GROUP):
@@ -97,8 +143,8 @@ def flatten_fed(slopes: Array, faces: Faces, sides: Sides, start: int, stop: int
 
     Parameters
     ----------
-    slopes : (6, cells) array
-        As `slopes_at` fills it.
+    slopes : (8, cells) array
+        As `slopes_at` and `widening_at` fill it.
     start, stop : int
         Numbers of the boundary faces.
     """

@@ -93,6 +93,7 @@ class CloudRun(Run):
             widths=tables.widths,
             faces=self.faces,
             gradient=tables.gradient,
+            around=tables.around,
             blocks=tables.blocks,
             activity=self.activity,
             buffers=self.buffers,

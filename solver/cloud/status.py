@@ -9,7 +9,7 @@ import numpy as np
 from solver.arrays import Array
 from solver.cloud.arrays import CloudArrays
 from solver.cloud.faces import Faces, beyond, fill_ghosts_beyond, half_of
-from solver.cloud.reconstruction import flatten_fed, slopes_at
+from solver.cloud.reconstruction import flatten_fed, slopes_at, widening_at
 from solver.compiled import kernel
 from solver.kernels.boundary import status_at_depth
 from solver.kernels.earth_pressure import earth_pressure
@@ -74,6 +74,8 @@ def set_status(
 
     Parameters
     ----------
+    slopes
+        From `widening_at`, where the state matters.
     widths
         From `widths_of`.
     start, stop
@@ -87,7 +89,7 @@ def set_status(
         normal, wet = bed.normal[i], h > material.dry
         w_x, w_y, around, m_x, m_xy = widths[0, i], widths[1, i], widths[2, i], widths[3, i], widths[4, i]
         tie = TIE * around * (abs(u) + abs(v) + math.sqrt(normal * h))
-        b_x, b_y = earth_pressure(slopes[2, i], slopes[5, i], tie, h, normal, material)
+        b_x, b_y = earth_pressure(slopes[6, i], slopes[7, i], tie, h, normal, material)
         status.beta_x[i], status.beta_y[i] = b_x, b_y
         status.static[i] = 0.0 if wet else DRY
         waves = around * math.sqrt((m_x * b_x + (1.0 - m_x) * b_y) * h)
@@ -174,12 +176,16 @@ def classify_cloud(arrays: CloudArrays) -> float:
     now, status, bed, material, sides = arrays.now, arrays.status, arrays.bed, arrays.material, arrays.sides
     faces, activity, slopes, rate = arrays.faces, arrays.activity, arrays.buffers.slopes, arrays.buffers.rate
     u, v, static, top = now.u, now.v, status.static, activity.top
+    x_a, x_p, y_aa, y_ap, y_pa, y_pp = material.pressure
+    switches = x_a != x_p or y_aa != y_ap or y_pa != y_pp
     fastest = 0.0
     for r in range(activity.counts[2]):
         start, stop = activity.sloped_runs[r]
         first, last = faces.first_side[start // LANES], faces.first_side[stop // LANES]
         fill_ghosts_beyond(now, status.beta_x, status.beta_y, faces, sides, first, last)
         slopes_at(now, arrays.gradient, start, stop, material.dry, slopes)
+        if switches:
+            widening_at(now, arrays.around, start, stop, material.dry, slopes)
         flatten_fed(slopes, faces, sides, first, last)
         set_status(now, slopes, status, bed, material, arrays.widths, start, stop, rate)
         for b in range(start // LANES, stop // LANES):

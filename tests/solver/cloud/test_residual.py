@@ -8,6 +8,8 @@ from hypothesis import given, settings
 
 from solver.cloud.faces import beyond, connect, half_of
 from solver.cloud.operators import prepare
+from solver.cloud.reconstruction import slopes_at, widening_at
+from solver.kernels.state import Fields
 from solver.physics.earth_pressure import Isotropic, MohrCoulomb
 from solver.physics.friction import Coulomb
 from solver.physics.terrain import Plane
@@ -262,3 +264,26 @@ def test_runs_that_cannot_go_on_say_why_and_where():
     assert failure.reason == "a value that is not finite"
     assert 0 < failure.x < 10
     assert 0 < failure.y < 8
+
+
+@pytest.mark.parametrize("degree", [1, 2])
+def test_a_cell_that_moves_alone_neither_extends_nor_shortens(degree):
+    """On lopsided supports, whose slopes say that it does; a linear field keeps its gradient."""
+    rng = np.random.default_rng(3)
+    cloud = given_points(rng.uniform(0, 10, (150, 2)), (0, 10), (0, 10))
+    tables = prepare(cloud, degree=degree).tables
+    n, room = len(cloud.points), tables.faces.cells
+    x, y = np.pad(cloud.control_volumes.centroid, ((0, room - n), (0, 0))).T
+
+    def widening(u, v, h=1.0):
+        found = np.zeros((8, room))
+        widening_at(Fields(np.full(room, h), u, v), tables.around, 0, room, 1e-3, found)
+        return found[6:, :n]
+
+    np.testing.assert_allclose(widening(2 + 3 * x - y, 1 + y - 4 * x), [[3] * n, [1] * n], rtol=1e-9)
+    lone, slopes = np.zeros(room), np.zeros((8, room))
+    lone[70] = 5.0
+    np.testing.assert_allclose(widening(lone, -lone)[:, 70], 0.0, atol=1e-12)
+    slopes_at(Fields(np.ones(room), lone, lone), tables.gradient, 0, room, 1e-3, slopes)
+    assert np.abs(slopes[2:, 70]).max() > 0.1
+    np.testing.assert_array_equal(widening(x, y, h=0.0), 0.0)
