@@ -1,7 +1,6 @@
 import pytest
 
-from solver.simulation import KINDS
-from solver.warmup import compile_kernels, not_compiled
+from solver.warmup import KINDS, compile_kernels, not_compiled
 
 
 @pytest.mark.parametrize("kind", KINDS)
