@@ -19,7 +19,7 @@ from pipeline.studies.stress.watch import Watched, watch
 from solver.checks.invariants import Check, Laws, State, state_of_run, unseen
 from solver.forms import begin
 from solver.physics.friction import Coulomb
-from solver.physics.terrain import Plane, Segments
+from solver.physics.terrain import Plane, Segment, Segments
 from solver.points.lattice import Lattice
 
 SMALL = 1e5
@@ -101,7 +101,7 @@ def test_the_laws_see_what_breaks_them():
 
 def test_a_cell_longer_than_a_cliff_may_fall_by_its_length():
     """One of 1 m whose middle stands on the edge of 0.25 m of 80 degrees, and a lattice that resolves it."""
-    cliff = Segments((0.0, 2.0, 2.25), (0.0, 80.0, 0.0), joint=0.02)
+    cliff = Segments((Segment(0.0, 0.0), Segment(2.0, 80.0), Segment(2.25, 0.0)), joint=0.02)
     coarse, fine = (
         scene(cliff, heaps=(((1, 0), 1, 0.1),), lattice=Lattice((0.125, 6.125), (-1, 1), d))
         for d in (1, 0.01)
