@@ -271,4 +271,5 @@ def material_of(scene: Scene, depth: Array, sides: Sides) -> Material:
     friction = scene.friction
     drag = scene.gravity / friction.turbulent_friction if isinstance(friction, Voellmy) else 0.0
     dry = scene.scheme.wet_limit * max(depth.max(), sides.depth.max())
-    return Material(friction.tangent, drag, scene.earth_pressure.coefficients(), float(dry))
+    pressure = scene.earth_pressure
+    return Material(friction.tangent, drag, pressure.coefficients(), pressure.transition(), float(dry))

@@ -135,7 +135,7 @@ def keys_of(cls: type, *, optional: bool = False) -> Keys:
     for each, declared in parameters(cls):
         other = declared.alternative
         default = ... if each.default is MISSING else each.default
-        if optional or other is not None:
+        if default is ... and (optional or other is not None):
             default = None
         hint = _strict(hints[each.name], declared)
         found[declared.key or each.name] = (

@@ -24,7 +24,7 @@ class CloudBuffers(NamedTuple):
     Attributes
     ----------
     slopes
-        (8, cells and ghosts), as `slopes_at` and `widening_at` fill them; ghosts keep zeros.
+        (8, cells and ghosts), as `slopes_at` and `strain_at` fill them; ghosts keep zeros.
     halves
         (3, 2 faces and LANES), what passes each half-face into its cell: volume, m3 s-1, and momentum along x
         and y with the pressure times the cell's own beta, m4 s-2.

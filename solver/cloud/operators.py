@@ -8,21 +8,18 @@ from typing import Any, NamedTuple
 from solver.arrays import Array
 from solver.cloud.blocks import Blocks, blocks_near
 from solver.cloud.faces import Faces, all_aligned, connect
-from solver.cloud.reconstruction import Gradient, gradient_around, gradient_of
+from solver.cloud.reconstruction import Gradient, Strain, gradient_of, strain_of
 from solver.cloud.status import widths_of
 from solver.lmls.shape_functions import approximation
 from solver.points.cloud import PointCloud
 
 
 class Tables(NamedTuple):
-    """What the kernels read: faces, derivative weights, blocks near each other, and widths of cells.
-
-    around : derivative weights that leave out the cell itself.
-    """
+    """What the kernels read: faces, derivative weights, blocks near each other, and widths of cells."""
 
     faces: Faces
     gradient: Gradient
-    around: Gradient
+    strain: Strain
     blocks: Blocks
     widths: Array
 
@@ -73,5 +70,5 @@ def prepare(
     )
     faces, gradient = connect(cells), gradient_of(slope)
     near, widths = blocks_near(faces, gradient), widths_of(cells, faces)
-    tables = Tables(faces, gradient, gradient_around(slope), near, widths)
+    tables = Tables(faces, gradient, strain_of(slope, cells.centroid), near, widths)
     return CloudOperators(cloud, support, degree, weight_shape, all_aligned(tables))

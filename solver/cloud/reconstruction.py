@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -11,6 +10,7 @@ import numpy as np
 from solver.arrays import Array, Numbers
 from solver.cloud.faces import Faces, whole_blocks
 from solver.compiled import kernel
+from solver.kernels.earth_pressure import lean_of
 from solver.kernels.limiter import AHEAD, face_state, limited, steepness_of
 from solver.kernels.state import BELOW_YIELD, DEPTH, Fields, Sides, Status
 from solver.lmls.shape_functions import Approximation
@@ -35,61 +35,72 @@ class Gradient(NamedTuple):
     across: Array
 
 
+class Strain(NamedTuple):
+    """Weights of the differences of velocity to the neighbours of `Gradient`, each (s, cells), m-1.
+
+    Attributes
+    ----------
+    along, across
+        Of the derivatives by the other cells of a support, whatever the value at the cell itself.
+    bent_along, bent_across
+        Of half the difference between the derivatives ahead of a cell and behind it; they give 0 of what is
+        linear.
+    """
+
+    along: Array
+    across: Array
+    bent_along: Array
+    bent_across: Array
+
+
+def laid_out(given: Array, cells: int) -> Array:
+    """Lay out a table (n, support) for kernels, (s, cells): without the cell itself, filled up by zeros."""
+    n, support = given.shape
+    laid = np.zeros((-(-(support - 1) // GROUP) * GROUP, cells))
+    laid[: support - 1, :n] = given[:, 1:].T
+    return laid
+
+
 def gradient_of(slope: Approximation) -> Gradient:
     """Lay out the derivatives of an approximation at cells, each the first of its own support."""
     n, support = slope.neighbours.shape
-    groups = -(-(support - 1) // GROUP) * GROUP
     cells = whole_blocks(n)
-    neighbours = np.tile(np.arange(cells), (groups, 1))
-    along, across = np.zeros((2, groups, cells))
-    for laid, given in ((neighbours, slope.neighbours), (along, slope.along), (across, slope.across)):
-        laid[: support - 1, :n] = given[:, 1:].T
+    along, across = (laid_out(weights, cells) for weights in (slope.along, slope.across))
+    neighbours = np.tile(np.arange(cells), (len(along), 1))
+    neighbours[: support - 1, :n] = slope.neighbours[:, 1:].T
     return Gradient(neighbours.astype(np.uint32), along, across)
 
 
-def gradient_around(slope: Approximation) -> Gradient:
-    """Lay out the derivatives by the other cells of each support, whatever the value at the cell itself.
+def strain_of(slope: Approximation, places: Array) -> Strain:
+    """Lay out the weights that tell how a cell is strained.
 
-    What a cell counts for is given to the others by their shape functions, whose first moment is zero: linear
-    fields keep their derivatives.
+    What a cell counts for in its own derivatives is given to the others by their shape functions, whose first
+    moment is zero: linear fields keep their derivatives, and a cell that moves alone has none. Half the
+    difference between both sides is the derivative with the weights behind the cell turned round, less what
+    that makes of linear fields. Where the two sides are so uneven that it is none, it is left out.
+
+    Parameters
+    ----------
+    slope : Approximation
+        At cells, each the first of its own support.
+    places : (n, 2) array
+        Centroids, m.
     """
     others = slope.value.copy()
     others[:, 0] = 0.0
     others /= others.sum(axis=1, keepdims=True)
+    way = places[slope.neighbours] - places[:, None]
     along, across = (d + d[:, :1] * others for d in (slope.along, slope.across))
-    return gradient_of(replace(slope, along=along, across=across))
-
-
-@kernel(unaliased=True)
-def widening_at(now: Fields, around: Gradient, start: int, stop: int, dry: float, out: Array) -> None:
-    """Take u_x and v_y (s-1) around a run of cells, by `gradient_around`; a dry cell differs by nothing.
-
-    A cell that moves alone neither extends nor shortens, as on a lattice. By the slopes of `slopes_at` it
-    does one of both, by which way its support is lopsided.
-
-    Parameters
-    ----------
-    now, start, stop, dry
-        As in `slopes_at`.
-    out : (8, cells) array
-        The last two rows are filled.
-    """
-    h, u, v = now
-    for group in range(0, len(around.neighbours), GROUP):
-        for k in range(start, stop):
-            i = np.uint64(k)
-            u_i, v_i = u[i], v[i]
-            u_x, v_y = out[6, i], out[7, i]
-            if group == 0:
-                u_x = v_y = 0.0
-            for m in range(GROUP):
-                m_ = np.uint64(group) + np.uint64(m)
-                j = np.uint64(around.neighbours[m_, i])
-                a, b, h_j, u_j, v_j = around.along[m_, i], around.across[m_, i], h[j], u[j], v[j]
-                wet = 1.0 if h_j > dry else 0.0
-                u_x += a * (wet * (u_j - u_i))
-                v_y += b * (wet * (v_j - v_i))
-            out[6, i], out[7, i] = u_x, v_y
+    along[:, 0] = across[:, 0] = 0.0
+    bent = []
+    for k, weights in enumerate((along, across)):
+        sided = np.sign(way[:, :, k]) * weights
+        of_linear = np.einsum("is,isk->ik", sided, way)
+        half = sided - of_linear[:, :1] * along - of_linear[:, 1:] * across
+        # a velocity of the cell's own alone has to be extension on one side and shortening on the other
+        bent.append(np.where(half.sum(axis=1, keepdims=True) > 0.0, half, 0.0))
+    cells = whole_blocks(len(places))
+    return Strain(*(laid_out(weights, cells) for weights in (along, across, *bent)))
 
 
 @kernel(unaliased=True)
@@ -134,6 +145,43 @@ def slopes_at(now: Fields, gradient: Gradient, start: int, stop: int, dry: float
             out[4, i], out[5, i] = v_x, v_y
 
 
+@kernel(unaliased=True)
+def strain_at(
+    now: Fields, neighbours: Numbers, strain: Strain, start: int, stop: int, dry: float, slopes: Array
+) -> None:
+    """Rates of stretching along and across a run of cells, as `stretching` has them, s-1.
+
+    A dry neighbour has no velocity to differ by. By the slopes of `slopes_at` a cell that moves alone would
+    extend or shorten by which way its support is lopsided.
+
+    Parameters
+    ----------
+    now, start, stop, dry
+        As in `slopes_at`.
+    neighbours
+        Of `Gradient`.
+    slopes : (8, cells) array
+        The first two rows are read, as `slopes_at` fills them, and the last two filled.
+    """
+    h, u, v = now
+    for group in range(0, len(neighbours), GROUP):
+        for k in range(start, stop):
+            i = np.uint64(k)
+            u_i, v_i, u_x, v_y = u[i], v[i], slopes[6, i], slopes[7, i]
+            lean_x, lean_y = lean_of(slopes[0, i]), lean_of(slopes[1, i])
+            if group == 0:
+                u_x = v_y = 0.0
+            for m in range(GROUP):
+                m_ = np.uint64(group) + np.uint64(m)
+                j = np.uint64(neighbours[m_, i])
+                a = strain.along[m_, i] + lean_x * strain.bent_along[m_, i]
+                b = strain.across[m_, i] + lean_y * strain.bent_across[m_, i]
+                wet = 1.0 if h[j] > dry else 0.0
+                u_x += a * (wet * (u[j] - u_i))
+                v_y += b * (wet * (v[j] - v_i))
+            slopes[6, i], slopes[7, i] = u_x, v_y
+
+
 @kernel()
 def flatten_fed(slopes: Array, faces: Faces, sides: Sides, start: int, stop: int) -> None:
     """Take the slopes of velocity out of cells beside some boundary faces, where these have a given depth.
@@ -144,7 +192,7 @@ def flatten_fed(slopes: Array, faces: Faces, sides: Sides, start: int, stop: int
     Parameters
     ----------
     slopes : (8, cells) array
-        As `slopes_at` and `widening_at` fill it.
+        As `slopes_at` and `strain_at` fill it.
     start, stop : int
         Numbers of the boundary faces.
     """

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from solver.kernels.state import Material
 from solver.physics.earth_pressure import MohrCoulomb
 from solver.physics.friction import Coulomb, Voellmy
 from solver.physics.terrain import Bend, Plane
@@ -36,6 +37,11 @@ def rough(seed, **changes):
     depth = 10.0 ** rng.uniform(-5, 0, shape) * (rng.random(shape) < 2 / 3)
     velocity = rng.normal(0, 3, (2, *shape)) * (rng.random(shape) < 2 / 3)
     return replace(Scene(LATTICE, Plane(20), depth, *velocity, Coulomb(15)), **changes)
+
+
+def material(law, friction=0.0, dry=0.0):
+    """What kernels are given of a law of earth pressure."""
+    return Material(friction, 0.0, law.coefficients(), law.transition(), dry)
 
 
 def all_sides(side):

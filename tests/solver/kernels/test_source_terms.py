@@ -4,7 +4,7 @@ import pytest
 from solver.kernels.source_terms import component, velocity_left
 from solver.kernels.state import Material
 
-FRICTIONLESS = Material(0.0, 0.0, (1.0,) * 6, 0.0)
+FRICTIONLESS = Material(0.0, 0.0, (1.0,) * 6, (0.0, 0.0, 1.0), 0.0)
 
 
 def test_a_velocity_next_to_nothing_beside_the_other_component_or_the_waves_is_none():
