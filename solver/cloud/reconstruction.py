@@ -11,12 +11,14 @@ from solver.arrays import Array, Numbers
 from solver.cloud.faces import Faces, whole_blocks
 from solver.compiled import kernel
 from solver.kernels.earth_pressure import lean_of
-from solver.kernels.limiter import AHEAD, face_state, limited, steepness_of
+from solver.kernels.limiter import AHEAD, face_state, lead, least_shown, limited, steepness_of
 from solver.kernels.state import BELOW_YIELD, DEPTH, Fields, Sides, Status
 from solver.lmls.shape_functions import Approximation
 
 # Neighbours taken at a time: their sums stay in registers.
 GROUP = 4
+# What the cell itself counts for in the difference of both sides, as part of all weights, is none below it.
+LOPSIDED = 1e-9
 
 
 class Gradient(NamedTuple):
@@ -98,7 +100,8 @@ def strain_of(slope: Approximation, places: Array) -> Strain:
         of_linear = np.einsum("is,isk->ik", sided, way)
         half = sided - of_linear[:, :1] * along - of_linear[:, 1:] * across
         # a velocity of the cell's own alone has to be extension on one side and shortening on the other
-        bent.append(np.where(half.sum(axis=1, keepdims=True) > 0.0, half, 0.0))
+        own, most = (a.sum(axis=1, keepdims=True) for a in (half, np.abs(half)))
+        bent.append(np.where(own > LOPSIDED * most, half, 0.0))
     cells = whole_blocks(len(places))
     return Strain(*(laid_out(weights, cells) for weights in (along, across, *bent)))
 
@@ -264,7 +267,8 @@ def state_at_face(
         step_to_face(gap[2], t_ahead - t, part, 2.0) + off[2],
     )
     behind = h_behind, n_behind, beta * h_behind
-    state: tuple[float, float, float] = face_state(cell, at_face, h_beyond, behind, sign, dry)
+    least = least_shown(h, lead(n, n_behind, sign), beta * h_behind)
+    state: tuple[float, float, float] = face_state(cell, at_face, h_beyond, behind, least, sign, dry)
     return state
 
 

@@ -36,7 +36,7 @@ def limited(wanted: float, behind: float, ahead: float, steepness: float) -> flo
     one, two = abs(behind), abs(ahead)
     most = 0.5 * steepness * (one if one < two else two)
     # by the signs: a product would underflow
-    most = most if (behind > 0.0) == (ahead > 0.0) else 0.0
+    most = most if math.copysign(ahead, behind) == ahead else 0.0
     return math.copysign(wanted if wanted < most else most, ahead)
 
 
@@ -57,7 +57,15 @@ def steepness_of(behind: float, ahead: float) -> float:
 
 
 @kernel(inline=True)
-def least_shown(h: float, more: float, sent: float) -> float:
+def lead(n: float, n_behind: float, sign: float) -> float:
+    """Square of what a cell is faster by than what lies behind it, m2 s-2; 0 where it is slower."""
+    more = sign * (n - n_behind)
+    more = more if more > 0.0 else 0.0
+    return more * more
+
+
+@kernel(inline=True)
+def least_shown(h: float, more: float, wave: float) -> float:
     """Depth that a cell has at least at a face that it moves to, m.
 
     What is faster than what lies behind it by more than 2 c has come off it, and the slope of depth between
@@ -68,10 +76,12 @@ def least_shown(h: float, more: float, sent: float) -> float:
     ----------
     h : float
         Mean depth of the cell, m.
-    more, sent : float
-        Squares of what it is faster by, and of 2 c behind it, m2 s-2; below 0 where a gradient says that
-        nothing is there.
+    more : float
+        From `lead`.
+    wave : float
+        Squared wave speed behind it, m2 s-2; below 0 where a gradient says that nothing is there.
     """
+    sent = 4.0 * wave
     share = (more - (sent if sent > 0.0 else 0.0)) / (more + 1e-300)
     return h * (share if share > LEAST else LEAST)
 
@@ -82,6 +92,7 @@ def face_state(
     at_face: tuple[float, float, float],
     h_beyond: float,
     behind: tuple[float, float, float],
+    least: float,
     sign: float,
     dry: float,
 ) -> tuple[float, float, float]:
@@ -108,6 +119,8 @@ def face_state(
         Depth of the cell beyond the face, m.
     behind : tuple
         Depth (m), normal velocity (m s-1) and squared wave speed (m2 s-2) behind the cell.
+    least : float
+        From `least_shown`, m; it counts where the cell moves to the face.
     sign : float
         1 if the normal points out of the cell, -1 if it points into it.
     dry : float
@@ -117,11 +130,8 @@ def face_state(
     depth, n_step, t_step = at_face
     h_behind, n_behind, wave = behind
     # a front follows what is behind it, at most as fast as that can send it
-    more = sign * (n - n_behind)
-    more = more if more > 0.0 else 0.0
-    more, sent = more * more, 4.0 * wave
-    led = (sign * n <= 0.0) | ((sign * n_behind > 0.0) & (more <= sent))
-    least = least_shown(h, more, sent) if sign * n > 0.0 else 0.0
+    led = (sign * n <= 0.0) | ((sign * n_behind > 0.0) & (lead(n, n_behind, sign) <= 4.0 * wave))
+    least = least if sign * n > 0.0 else 0.0
     depth = depth if depth > least else least
     depth = depth if depth < 2.0 * h else 2.0 * h
     hidden = (h_beyond <= dry) & (h < FRONT * h_behind) & led

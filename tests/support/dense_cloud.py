@@ -130,7 +130,7 @@ class CloudRun(Twin):
         # the derivative ahead and that behind, each of what is left of the linear part
         left = difference - (linear[:, None] * self.to_neighbours).sum(axis=2)
         ahead = np.sign(self.to_neighbours[..., k]) * self.by_others[k]
-        own = ahead.sum(axis=1) > 0
+        own = ahead.sum(axis=1) > 1e-9 * np.abs(ahead).sum(axis=1)
         found = stretching(linear[:, k], np.where(own, (ahead * left).sum(axis=1), 0), self.slopes(h)[:, k])
         found[self.cells.side_cell[[not isinstance(kind, str) for kind in self.kinds]]] = 0
         return found
