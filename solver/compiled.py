@@ -99,8 +99,8 @@ def kernel(
         Whether it becomes part of what calls it, however long it is: a loop that calls does not vectorise.
     as_source : bool
         Whether its source becomes part of what calls it, and it is not compiled by itself. That would take a
-        second where many arrays are given. No address of the kernels that it is given stays behind, with which
-        Numba could not keep the caller on disk.
+        second where many arrays are given. No address of the kernels that it is given stays behind, with
+        which Numba could not keep the caller on disk.
     cached : bool
         Whether it is kept on disk.
     """

@@ -279,6 +279,11 @@ def material_of(scene: Scene, depth: Array, sides: Sides) -> Material:
     """Give friction, earth pressure and wet limit to the kernels; ``depth`` is the initial one, m."""
     friction = scene.friction
     dry = scene.scheme.wet_limit * max(depth.max(), sides.depth.max())
+    pressure = scene.earth_pressure
     return Material(
-        friction.tangent, friction.drag(scene.gravity), scene.earth_pressure.coefficients(), float(dry)
+        friction.tangent,
+        friction.drag(scene.gravity),
+        pressure.coefficients(),
+        pressure.transition(),
+        float(dry),
     )

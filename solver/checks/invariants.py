@@ -123,6 +123,26 @@ def elevations(terrain: SlopeProfile, points: Lattice | PointCloud) -> tuple[Arr
     return terrain.elevation(np.linspace(*points.extent[0], 501)), terrain.elevation(points.coordinates[0])
 
 
+def unseen(scene: Scene) -> float:
+    """Largest fall of a cell beyond that of the bed below it, as a potential, m2 s-2.
+
+    A cell knows the inclination at its middle alone: on a cliff that is lower than the cell is long it falls
+    by its own length.
+    """
+    points, terrain = scene.points, scene.terrain
+    if not isinstance(terrain, SlopeProfile):
+        raise TypeError("the laws need a slope profile")
+    if isinstance(points, PointCloud):
+        cells = points.control_volumes
+        x, half = cells.centroid[:, 0], np.sqrt(3.0 * cells.second_moment[:, 0])
+    else:
+        x = points.x_points
+        half = np.full(x.shape, points.dx / 2)
+    fall = 2.0 * half * np.abs(np.sin(terrain.inclination(x)))
+    bed = np.abs(terrain.elevation(x - half) - terrain.elevation(x + half))
+    return scene.gravity * float(np.max(fall - bed, initial=0.0))
+
+
 class Laws:
     """The laws of one scene.
 
@@ -167,7 +187,7 @@ class Laws:
             float(np.sqrt(self.pressure * self.given)),
         )
         highest = float(np.ptp(heights)) if self.given else float(self.potential[wet].max(initial=0.0))
-        self.fallen = float(np.sqrt(2 * highest))
+        self.fallen = float(np.sqrt(2 * (highest + unseen(scene))))
         self.released = self.total(start.h)
         self.kinetic = self.kinetic_of(start)
         self.pressed = self.pressure * self.total(start.h**2) / 2

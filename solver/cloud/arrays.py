@@ -8,7 +8,7 @@ from solver.arrays import Array
 from solver.cloud.blocks import Activity, Blocks
 from solver.cloud.faces import Faces
 from solver.cloud.fluxes import CloudBuffers
-from solver.cloud.reconstruction import Gradient
+from solver.cloud.reconstruction import Gradient, Strain
 from solver.kernels.record import Record
 from solver.kernels.state import CloudBed, Fields, Material, Sides, Status
 
@@ -38,6 +38,7 @@ class CloudArrays(NamedTuple):
     widths: Array
     faces: Faces
     gradient: Gradient
+    strain: Strain
     blocks: Blocks
     activity: Activity
     buffers: CloudBuffers

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from solver.arrays import Array
 from solver.cloud.blocks import Blocks, blocks_near
 from solver.cloud.faces import Faces, all_aligned, connect
-from solver.cloud.reconstruction import Gradient, gradient_of
+from solver.cloud.reconstruction import Gradient, Strain, gradient_of, strain_of
 from solver.cloud.status import widths_of
 from solver.lmls.shape_functions import approximation
 from solver.points.cloud import PointCloud
@@ -19,6 +19,7 @@ class Tables(NamedTuple):
 
     faces: Faces
     gradient: Gradient
+    strain: Strain
     blocks: Blocks
     widths: Array
 
@@ -68,5 +69,6 @@ def prepare(
         second_moment=cells.second_moment,
     )
     faces, gradient = connect(cells), gradient_of(slope)
-    tables = Tables(faces, gradient, blocks_near(faces, gradient), widths_of(cells, faces))
+    near, widths = blocks_near(faces, gradient), widths_of(cells, faces)
+    tables = Tables(faces, gradient, strain_of(slope, cells.centroid), near, widths)
     return CloudOperators(cloud, support, degree, weight_shape, all_aligned(tables))

@@ -10,12 +10,15 @@ import numpy as np
 from solver.arrays import Array, Numbers
 from solver.cloud.faces import Faces, whole_blocks
 from solver.compiled import kernel
-from solver.kernels.limiter import AHEAD, face_state, limited, steepness_of
+from solver.kernels.earth_pressure import lean_of
+from solver.kernels.limiter import AHEAD, face_state, lead, least_shown, limited, steepness_of
 from solver.kernels.state import BELOW_YIELD, DEPTH, Fields, Sides, Status
 from solver.lmls.shape_functions import Approximation
 
 # Neighbours taken at a time: their sums stay in registers.
 GROUP = 4
+# What the cell itself counts for in the difference of both sides, as part of all weights, is none below it.
+LOPSIDED = 1e-9
 
 
 class Gradient(NamedTuple):
@@ -34,16 +37,73 @@ class Gradient(NamedTuple):
     across: Array
 
 
+class Strain(NamedTuple):
+    """Weights of the differences of velocity to the neighbours of `Gradient`, each (s, cells), m-1.
+
+    Attributes
+    ----------
+    along, across
+        Of the derivatives by the other cells of a support, whatever the value at the cell itself.
+    bent_along, bent_across
+        Of half the difference between the derivatives ahead of a cell and behind it; they give 0 of what is
+        linear.
+    """
+
+    along: Array
+    across: Array
+    bent_along: Array
+    bent_across: Array
+
+
+def laid_out(given: Array, cells: int) -> Array:
+    """Lay out a table (n, support) for kernels, (s, cells): without the cell itself, filled up by zeros."""
+    n, support = given.shape
+    laid = np.zeros((-(-(support - 1) // GROUP) * GROUP, cells))
+    laid[: support - 1, :n] = given[:, 1:].T
+    return laid
+
+
 def gradient_of(slope: Approximation) -> Gradient:
     """Lay out the derivatives of an approximation at cells, each the first of its own support."""
     n, support = slope.neighbours.shape
-    groups = -(-(support - 1) // GROUP) * GROUP
     cells = whole_blocks(n)
-    neighbours = np.tile(np.arange(cells), (groups, 1))
-    along, across = np.zeros((2, groups, cells))
-    for laid, given in ((neighbours, slope.neighbours), (along, slope.along), (across, slope.across)):
-        laid[: support - 1, :n] = given[:, 1:].T
+    along, across = (laid_out(weights, cells) for weights in (slope.along, slope.across))
+    neighbours = np.tile(np.arange(cells), (len(along), 1))
+    neighbours[: support - 1, :n] = slope.neighbours[:, 1:].T
     return Gradient(neighbours.astype(np.uint32), along, across)
+
+
+def strain_of(slope: Approximation, places: Array) -> Strain:
+    """Lay out the weights that tell how a cell is strained.
+
+    What a cell counts for in its own derivatives is given to the others by their shape functions, whose first
+    moment is zero: linear fields keep their derivatives, and a cell that moves alone has none. Half the
+    difference between both sides is the derivative with the weights behind the cell turned round, less what
+    that makes of linear fields. Where the two sides are so uneven that it is none, it is left out.
+
+    Parameters
+    ----------
+    slope : Approximation
+        At cells, each the first of its own support.
+    places : (n, 2) array
+        Centroids, m.
+    """
+    others = slope.value.copy()
+    others[:, 0] = 0.0
+    others /= others.sum(axis=1, keepdims=True)
+    way = places[slope.neighbours] - places[:, None]
+    along, across = (d + d[:, :1] * others for d in (slope.along, slope.across))
+    along[:, 0] = across[:, 0] = 0.0
+    bent = []
+    for k, weights in enumerate((along, across)):
+        sided = np.sign(way[:, :, k]) * weights
+        of_linear = np.einsum("is,isk->ik", sided, way)
+        half = sided - of_linear[:, :1] * along - of_linear[:, 1:] * across
+        # a velocity of the cell's own alone has to be extension on one side and shortening on the other
+        own, most = (a.sum(axis=1, keepdims=True) for a in (half, np.abs(half)))
+        bent.append(np.where(own > LOPSIDED * most, half, 0.0))
+    cells = whole_blocks(len(places))
+    return Strain(*(laid_out(weights, cells) for weights in (along, across, *bent)))
 
 
 @kernel(unaliased=True)
@@ -58,8 +118,8 @@ def slopes_at(now: Fields, gradient: Gradient, start: int, stop: int, dry: float
         The cells.
     dry : float
         Depth up to which a cell counts as dry, m.
-    out : (6, cells) array
-        Filled with h_x, h_y, u_x, u_y (s-1), v_x, v_y (s-1).
+    out : (8, cells) array
+        The first six rows are filled with h_x, h_y, u_x, u_y (s-1), v_x, v_y (s-1).
     """
     h, u, v = now
     for group in range(0, len(gradient.neighbours), GROUP):
@@ -88,6 +148,43 @@ def slopes_at(now: Fields, gradient: Gradient, start: int, stop: int, dry: float
             out[4, i], out[5, i] = v_x, v_y
 
 
+@kernel(unaliased=True)
+def strain_at(
+    now: Fields, neighbours: Numbers, strain: Strain, start: int, stop: int, dry: float, slopes: Array
+) -> None:
+    """Rates of stretching along and across a run of cells, as `stretching` has them, s-1.
+
+    A dry neighbour has no velocity to differ by. By the slopes of `slopes_at` a cell that moves alone would
+    extend or shorten by which way its support is lopsided.
+
+    Parameters
+    ----------
+    now, start, stop, dry
+        As in `slopes_at`.
+    neighbours
+        Of `Gradient`.
+    slopes : (8, cells) array
+        The first two rows are read, as `slopes_at` fills them, and the last two filled.
+    """
+    h, u, v = now
+    for group in range(0, len(neighbours), GROUP):
+        for k in range(start, stop):
+            i = np.uint64(k)
+            u_i, v_i, u_x, v_y = u[i], v[i], slopes[6, i], slopes[7, i]
+            lean_x, lean_y = lean_of(slopes[0, i]), lean_of(slopes[1, i])
+            if group == 0:
+                u_x = v_y = 0.0
+            for m in range(GROUP):
+                m_ = np.uint64(group) + np.uint64(m)
+                j = np.uint64(neighbours[m_, i])
+                a = strain.along[m_, i] + lean_x * strain.bent_along[m_, i]
+                b = strain.across[m_, i] + lean_y * strain.bent_across[m_, i]
+                wet = 1.0 if h[j] > dry else 0.0
+                u_x += a * (wet * (u[j] - u_i))
+                v_y += b * (wet * (v[j] - v_i))
+            slopes[6, i], slopes[7, i] = u_x, v_y
+
+
 @kernel()
 def flatten_fed(slopes: Array, faces: Faces, sides: Sides, start: int, stop: int) -> None:
     """Take the slopes of velocity out of cells beside some boundary faces, where these have a given depth.
@@ -97,8 +194,8 @@ def flatten_fed(slopes: Array, faces: Faces, sides: Sides, start: int, stop: int
 
     Parameters
     ----------
-    slopes : (6, cells) array
-        As `slopes_at` fills it.
+    slopes : (8, cells) array
+        As `slopes_at` and `strain_at` fill it.
     start, stop : int
         Numbers of the boundary faces.
     """
@@ -170,7 +267,8 @@ def state_at_face(
         step_to_face(gap[2], t_ahead - t, part, 2.0) + off[2],
     )
     behind = h_behind, n_behind, beta * h_behind
-    state: tuple[float, float, float] = face_state(cell, at_face, h_beyond, behind, sign, dry)
+    least = least_shown(h, lead(n, n_behind, sign), beta * h_behind)
+    state: tuple[float, float, float] = face_state(cell, at_face, h_beyond, behind, least, sign, dry)
     return state
 
 

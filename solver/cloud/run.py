@@ -16,9 +16,9 @@ from solver.cloud.operators import CloudOperators, prepare
 from solver.cloud.residual import cloud_stage
 from solver.cloud.status import classify_cloud
 from solver.cloud.time_stepping import advance_cloud
+from solver.kernels.earth_pressure import at_rest
 from solver.kernels.record import Record, record_cells
 from solver.kernels.state import DRY, LANES, CloudBed, Fields, Status
-from solver.physics.earth_pressure import PressureCoefficients
 from solver.points.cloud import PointCloud
 from solver.run import Carried, Run, by_name, falling_rate, gravity_along_and_normal, state_of
 from solver.scene import Scene
@@ -69,8 +69,8 @@ class CloudRun(Run):
         bed = CloudBed(*gravity_along_and_normal(scene, x, y), scene.profile.curvature(x, y), falling)
         self.bed = all_aligned(bed)
         load = np.concatenate([self.bed.normal, self.bed.normal[volumes.side_cell], np.ones(LANES)])
-        active = PressureCoefficients(*self.material.pressure)
-        status = Status(load * active.x_active, load * active.y_active_active, np.full(len(load), DRY))
+        k_x, k_y = at_rest(self.material)
+        status = Status(load * k_x, load * k_y, np.full(len(load), DRY))
         self.status = all_aligned(status)
         self.activity, self.buffers = activity_of(faces), cloud_buffers(faces)
         self.record = all_aligned(Record(*(np.full(faces.cells, a) for a in (0.0, 0.0, 0.0, np.nan))))
@@ -93,6 +93,7 @@ class CloudRun(Run):
             widths=tables.widths,
             faces=self.faces,
             gradient=tables.gradient,
+            strain=tables.strain,
             blocks=tables.blocks,
             activity=self.activity,
             buffers=self.buffers,

@@ -9,10 +9,10 @@ import numpy as np
 from solver.arrays import Array
 from solver.cloud.arrays import CloudArrays
 from solver.cloud.faces import Faces, beyond, fill_ghosts_beyond, half_of
-from solver.cloud.reconstruction import flatten_fed, slopes_at
+from solver.cloud.reconstruction import flatten_fed, slopes_at, strain_at
 from solver.compiled import kernel
 from solver.kernels.boundary import status_at_depth
-from solver.kernels.earth_pressure import earth_pressure
+from solver.kernels.earth_pressure import earth_pressure, wave_speed
 from solver.kernels.source_terms import below_yield
 from solver.kernels.state import (
     BELOW_YIELD,
@@ -74,6 +74,8 @@ def set_status(
 
     Parameters
     ----------
+    slopes
+        From `slopes_at`, and `strain_at` where the state matters.
     widths
         From `widths_of`.
     start, stop
@@ -81,16 +83,28 @@ def set_status(
     rate
         (cells,) array, filled, s-1.
     """
+    steepness = material.transition[1]
     for k in range(start, stop):
         i = np.uint64(k)
         h, u, v = now.h[i], now.u[i], now.v[i]
         normal, wet = bed.normal[i], h > material.dry
         w_x, w_y, around, m_x, m_xy = widths[0, i], widths[1, i], widths[2, i], widths[3, i], widths[4, i]
         tie = TIE * around * (abs(u) + abs(v) + math.sqrt(normal * h))
-        b_x, b_y = earth_pressure(slopes[2, i], slopes[5, i], tie, h, normal, material)
+        u_x, v_y = slopes[6, i], slopes[7, i]
+        b_x, b_y, wave_x, wave_y = earth_pressure(
+            u_x if abs(u_x) > tie else 0.0,
+            v_y if abs(v_y) > tie else 0.0,
+            steepness * math.sqrt(h / normal) if wet else 0.0,
+            normal,
+            abs(slopes[0, i]),
+            abs(slopes[1, i]),
+            material,
+        )
         status.beta_x[i], status.beta_y[i] = b_x, b_y
         status.static[i] = 0.0 if wet else DRY
-        waves = around * math.sqrt((m_x * b_x + (1.0 - m_x) * b_y) * h)
+        # around is 0 where there is no cell
+        wave = (w_x * wave_x + w_y * wave_y) / (around + 1e-300)
+        waves = around * wave_speed(wave, m_x * b_x + (1.0 - m_x) * b_y, h)
         square = m_x * (u * u) + (1.0 - m_x) * (v * v) + 2.0 * m_xy * (u * v)
         mean, most = around * math.sqrt(square if square > 0.0 else 0.0), w_x * abs(u) + w_y * abs(v)
         leaving = (mean if mean < most else most) + waves
@@ -180,6 +194,8 @@ def classify_cloud(arrays: CloudArrays) -> float:
         first, last = faces.first_side[start // LANES], faces.first_side[stop // LANES]
         fill_ghosts_beyond(now, status.beta_x, status.beta_y, faces, sides, first, last)
         slopes_at(now, arrays.gradient, start, stop, material.dry, slopes)
+        if material.transition[1] > 0.0:
+            strain_at(now, arrays.gradient.neighbours, arrays.strain, start, stop, material.dry, slopes)
         flatten_fed(slopes, faces, sides, first, last)
         set_status(now, slopes, status, bed, material, arrays.widths, start, stop, rate)
         for b in range(start // LANES, stop // LANES):

@@ -11,7 +11,7 @@ from solver.collocation.arrays import Images, Momenta, Open, Scratch
 from solver.collocation.operators import Stencils
 from solver.compiled import ONE, kernel
 from solver.kernels.boundary import account
-from solver.kernels.earth_pressure import earth_pressure
+from solver.kernels.earth_pressure import earth_pressure, wave_speed
 from solver.kernels.source_terms import update_cell
 from solver.kernels.state import CloudBed, Fields, Material
 
@@ -116,10 +116,11 @@ def derivatives(now: Fields, chosen: Indices, stencils: Stencils, gains: Array) 
 def set_pressure(
     now: Fields, chosen: Indices, stencils: Stencils, bed: CloudBed, material: Material, beta: Array
 ) -> float:
-    """Set beta (n, 2) of the chosen points by the signs of their LMLS velocity gradient (eqs. 7, 10, 11).
+    """Set beta (n, 2) of the chosen points by their LMLS velocity gradient (eqs. 7, 10, 11).
 
     A dry neighbour has no velocity and makes no gradient. Returns the largest of
-    ``(|u| + c_x) sum |D_x| + (|v| + c_y) sum |D_y|``, D the derivative weights, s-1.
+    ``(|u| + c_x) sum |D_x| + (|v| + c_y) sum |D_y|``, D the derivative weights, s-1, c with the waves of the
+    state.
     """
     h, u, v = now
     near, weights, own = stencils.neighbours, stencils.gradient, np.uint64(stencils.own)
@@ -127,7 +128,7 @@ def set_pressure(
     for c in range(len(chosen)):
         i = np.uint64(chosen[c])
         row = i * own
-        u_x = v_y = 0.0
+        u_x = v_y = h_x = h_y = 0.0
         if h[i] > material.dry:
             for s in range(near.shape[1]):
                 s_ = np.uint64(s)
@@ -135,10 +136,15 @@ def set_pressure(
                 wet = 1.0 if h[j] > material.dry else 0.0
                 u_x += wet * weights[row, s_, np.uint64(0)] * (u[j] - u[i])
                 v_y += wet * weights[row, s_, np.uint64(1)] * (v[j] - v[i])
-        beta[i, 0], beta[i, 1] = earth_pressure(u_x, v_y, 0.0, h[i], bed.normal[i], material)
+                h_x += weights[row, s_, np.uint64(0)] * h[j]
+                h_y += weights[row, s_, np.uint64(1)] * h[j]
+        normal, depth = bed.normal[i], max(h[i], 0.0)
+        decrease = material.transition[1] * math.sqrt(depth / normal) if h[i] > material.dry else 0.0
+        b_x, b_y, wave_x, wave_y = earth_pressure(u_x, v_y, decrease, normal, abs(h_x), abs(h_y), material)
+        beta[i, 0], beta[i, 1] = b_x, b_y
         if h[i] > material.dry:
-            rate = (abs(u[i]) + math.sqrt(beta[i, 0] * h[i])) * stencils.reach[row, 0]
-            rate += (abs(v[i]) + math.sqrt(beta[i, 1] * h[i])) * stencils.reach[row, 1]
+            rate = (abs(u[i]) + wave_speed(wave_x, b_x, h[i])) * stencils.reach[row, 0]
+            rate += (abs(v[i]) + wave_speed(wave_y, b_y, h[i])) * stencils.reach[row, 1]
             fastest = max(fastest, rate, bed.falling[i])
     return fastest
 

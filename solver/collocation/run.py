@@ -11,6 +11,7 @@ from solver.arrays import Array
 from solver.collocation.arrays import CollocationArrays, Images, Momenta, Open, Relaxation, Scratch
 from solver.collocation.operators import CollocationOperators, prepare_collocation
 from solver.collocation.time_stepping import advance_collocation
+from solver.kernels.earth_pressure import at_rest
 from solver.kernels.record import Record, record_cells
 from solver.kernels.state import DEPTH, NO_SLIP, OPEN, CloudBed, Fields, Sides
 from solver.points.lattice import Lattice
@@ -136,13 +137,12 @@ class CollocationRun(Run):
             int(scheme.clip),
         )
         self.film = scheme.film * deepest
-        x_active, _, y_active, *_ = self.material.pressure
         self.scratch = Scratch(
             Fields(*np.zeros((3, size))),
             Momenta(h.copy(), h * u, h * v),
             Momenta(*np.zeros((3, size))),
             np.zeros((n, 5)),
-            self.bed.normal[:n, None] * np.array([x_active, y_active]),
+            self.bed.normal[:n, None] * np.array(at_rest(self.material)),
             *np.zeros((3, n), np.int64),
         )
         self.record = Record(np.zeros(n), np.zeros(n), np.zeros(n), np.full(n, np.nan))

@@ -35,7 +35,8 @@ def limited(wanted: float, behind: float, ahead: float, steepness: float) -> flo
     """
     one, two = abs(behind), abs(ahead)
     most = 0.5 * steepness * (one if one < two else two)
-    most = most if behind * ahead > 0.0 else 0.0
+    # by the signs: a product would underflow
+    most = most if math.copysign(ahead, behind) == ahead else 0.0
     return math.copysign(wanted if wanted < most else most, ahead)
 
 
@@ -56,11 +57,42 @@ def steepness_of(behind: float, ahead: float) -> float:
 
 
 @kernel(inline=True)
+def lead(n: float, n_behind: float, sign: float) -> float:
+    """Square of what a cell is faster by than what lies behind it, m2 s-2; 0 where it is slower."""
+    more = sign * (n - n_behind)
+    more = more if more > 0.0 else 0.0
+    return more * more
+
+
+@kernel(inline=True)
+def least_shown(h: float, more: float, wave: float) -> float:
+    """Depth that a cell has at least at a face that it moves to, m.
+
+    What is faster than what lies behind it by more than 2 c has come off it, and the slope of depth between
+    them is of no flow. The farther it has, the nearer to its mean is what it has there, and it drains as fast
+    as it moves. Below a steep heap at rest it would have none, and fall without going anywhere.
+
+    Parameters
+    ----------
+    h : float
+        Mean depth of the cell, m.
+    more : float
+        From `lead`.
+    wave : float
+        Squared wave speed behind it, m2 s-2; below 0 where a gradient says that nothing is there.
+    """
+    sent = 4.0 * wave
+    share = (more - (sent if sent > 0.0 else 0.0)) / (more + 1e-300)
+    return h * (share if share > LEAST else LEAST)
+
+
+@kernel(inline=True)
 def face_state(
     cell: tuple[float, float, float],
     at_face: tuple[float, float, float],
     h_beyond: float,
     behind: tuple[float, float, float],
+    least: float,
     sign: float,
     dry: float,
 ) -> tuple[float, float, float]:
@@ -68,8 +100,8 @@ def face_state(
 
     A velocity is the mean over the mass of a cell. Of one that has twice its mean depth at a face, all is
     there, and leaves with this mean: if it left slower, the rest, ever thinner, would be ever faster. Where a
-    cell moves to it has LEAST of its depth at least: below a steep heap at rest it would have none, and fall
-    without going anywhere. Depth stays between zero and twice the mean.
+    cell moves to it has LEAST of its depth at least, and up to all of it where it has come off what lies
+    behind (`least_shown`). Depth stays between zero and twice the mean.
 
     A cell beside a dry one has no depth at the face between before it holds the share FRONT of what lies
     behind: a front would run ahead as a film otherwise, and most of the error of a flow is in the few cells
@@ -87,6 +119,8 @@ def face_state(
         Depth of the cell beyond the face, m.
     behind : tuple
         Depth (m), normal velocity (m s-1) and squared wave speed (m2 s-2) behind the cell.
+    least : float
+        From `least_shown`, m; it counts where the cell moves to the face.
     sign : float
         1 if the normal points out of the cell, -1 if it points into it.
     dry : float
@@ -95,13 +129,11 @@ def face_state(
     h, n, t = cell
     depth, n_step, t_step = at_face
     h_behind, n_behind, wave = behind
-    least = LEAST * h if sign * n > 0.0 else 0.0
+    # a front follows what is behind it, at most as fast as that can send it
+    led = (sign * n <= 0.0) | ((sign * n_behind > 0.0) & (lead(n, n_behind, sign) <= 4.0 * wave))
+    least = least if sign * n > 0.0 else 0.0
     depth = depth if depth > least else least
     depth = depth if depth < 2.0 * h else 2.0 * h
-    # a front follows what is behind it, at most as fast as that can send it
-    more = sign * (n - n_behind)
-    more = more if more > 0.0 else 0.0
-    led = (sign * n <= 0.0) | ((sign * n_behind > 0.0) & (more * more <= 4.0 * wave))
     hidden = (h_beyond <= dry) & (h < FRONT * h_behind) & led
     # what is all at the face that it leaves through leaves with the velocity of all
     all_there = (depth > ALL * h) & (sign * (n + n_step) > 0.0)

@@ -18,6 +18,10 @@ from solver.kernels.state import YIELD_TOLERANCE, Material
 
 # Depth, momentum or velocity along and across.
 Cell = tuple[float, float, float]
+# A speed below this share of that of waves is none, and a component of velocity below this share of the other
+# one. What decays ahead of a flow switches limiters by its sign, however small it is, and once its products
+# underflow a result depends on the units that it is computed in.
+NOTHING = 1e-60
 
 
 @kernel(inline=True)
@@ -94,11 +98,17 @@ def update_cell(
     hu += part * ((h_1 * u_1 - hu) + dt * (transport[1] + drive[0]))
     hv += part * ((h_1 * v_1 - hv) + dt * (transport[2] + drive[1]))
     per_depth = velocity_left(hu, hv, h, u_1, load, bed, part * dt, material)
-    u, v = hu * per_depth, hv * per_depth
+    u, v = component(hu, hv) * per_depth, component(hv, hu) * per_depth
     if material.drag > 0.0:
         slowed = drag_factor(math.sqrt(u * u + v * v), h, part * dt * material.drag)
         u, v = u * slowed, v * slowed
     return h, u, v
+
+
+@kernel(inline=True)
+def component(q: float, other: float) -> float:
+    """Component of momentum, 0 where it is next to nothing of the other one."""
+    return q if abs(q) > NOTHING * abs(other) else 0.0
 
 
 @kernel(inline=True)
@@ -112,7 +122,9 @@ def velocity_left(
     time: float,
     material: Material,
 ) -> float:
-    """Velocity that dry friction leaves, per unit of momentum, m-1; 0 for what it stops and what is dry.
+    """Velocity that dry friction leaves, per unit of momentum, m-1.
+
+    0 for what it stops, for what is dry, and for what is next to nothing beside the speed of waves.
 
     Parameters
     ----------
@@ -128,9 +140,11 @@ def velocity_left(
     normal, curvature = bed
     pressure = normal + curvature * (u_before * u_before)
     pressure = pressure if pressure > 0.0 else 0.0
-    size, brake = math.sqrt(hu * hu + hv * hv), time * material.tangent * pressure * load
+    square, brake = hu * hu + hv * hv, time * material.tangent * pressure * load
+    size, least = math.sqrt(square), NOTHING * NOTHING * (normal * (h * h * h))
     per_depth = (size - brake) / (size * h + 1e-300)
-    return per_depth if (size > brake * YIELD_TOLERANCE) & (h > material.dry) else 0.0
+    moves = (size > brake * YIELD_TOLERANCE) & (square > least) & (h > material.dry)
+    return per_depth if moves else 0.0
 
 
 @kernel(inline=True)

@@ -108,12 +108,15 @@ class Bed(NamedTuple):
     ----------
     falling
         Wave rate (s-1) that gives the longest step from rest, from `falling_rate`.
+    steepness
+        That of the material's transition over ``sqrt(g cos xi)``, s m-1/2.
     """
 
     along: Array
     normal: Array
     curvature: Array
     falling: Array
+    steepness: Array
 
 
 class Material(NamedTuple):
@@ -127,6 +130,8 @@ class Material(NamedTuple):
         Coefficient of turbulent drag, g / turbulent friction, 0 for dry friction, dimensionless.
     pressure
         The six earth-pressure coefficients, in the order of `PressureCoefficients`.
+    transition
+        Between the limiting states, in the order of `Transition`.
     dry
         Depth up to which a cell counts as dry and does not move, m.
     """
@@ -134,6 +139,7 @@ class Material(NamedTuple):
     tangent: float
     drag: float
     pressure: tuple[float, float, float, float, float, float]
+    transition: tuple[float, float, float]
     dry: float
 
 

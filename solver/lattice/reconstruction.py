@@ -8,7 +8,7 @@ import numpy as np
 
 from solver.arrays import Array
 from solver.compiled import kernel
-from solver.kernels.limiter import AHEAD, BEHIND, face_state, limited, steepness_of
+from solver.kernels.limiter import AHEAD, BEHIND, face_state, lead, least_shown, limited, steepness_of
 from solver.kernels.state import FaceValues
 
 
@@ -75,10 +75,13 @@ def face_values(
         h_low, h_high = steps_to_faces(h_i - h_b, h_a - h_i, steepness)
         n_low, n_high = steps_to_faces(here - behind, ahead - here, steepness)
         t_low, t_high = steps_to_faces(t_i - t_b, t_a - t_i, 2.0)
-        mean, wave_a, wave_b = (h_i, here, t_i), beta[a] * h_a, beta[b] * h_b
+        mean, wave_a, wave_b, n_a, n_b = (h_i, here, t_i), beta[a] * h_a, beta[b] * h_b, n[a], n[b]
+        # it moves to one of both faces
+        more = lead(here, n_b, 1.0) if here > 0.0 else lead(here, n_a, -1.0)
+        least = least_shown(h_i, more, wave_b if here > 0.0 else wave_a)
         out.h_low[o], out.n_low[o], out.t_low[o] = face_state(
-            mean, (h_i + h_low, n_low, t_low), h_b, (h_a, n[a], wave_a), -1.0, dry
+            mean, (h_i + h_low, n_low, t_low), h_b, (h_a, n_a, wave_a), least, -1.0, dry
         )
         out.h_high[o], out.n_high[o], out.t_high[o] = face_state(
-            mean, (h_i + h_high, n_high, t_high), h_a, (h_b, n[b], wave_b), 1.0, dry
+            mean, (h_i + h_high, n_high, t_high), h_a, (h_b, n_b, wave_b), least, 1.0, dry
         )

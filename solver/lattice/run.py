@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from solver.arrays import Array
 from solver.kernels import runge_kutta
+from solver.kernels.earth_pressure import at_rest
 from solver.kernels.record import Record
 from solver.kernels.state import (
     AXIS,
@@ -31,7 +32,6 @@ from solver.lattice.spans import Spans
 from solver.lattice.status import classify
 from solver.lattice.time_stepping import advance, record_maxima
 from solver.lattice.window import Part, Window, around, needed
-from solver.physics.earth_pressure import PressureCoefficients
 from solver.points.lattice import Lattice
 from solver.run import Carried, Run, by_name, falling_rate, gravity_along_and_normal, state_of
 from solver.scene import Scene
@@ -94,10 +94,13 @@ class LatticeRun(Run):
         """Bed of the columns of the whole lattice."""
         x = self.lattice.x_points
         y = np.full_like(x, self.lattice.y_points.mean())
+        along, normal = gravity_along_and_normal(self.scene, x, y)
         return Bed(
-            *gravity_along_and_normal(self.scene, x, y),
+            along,
+            normal,
             self.scene.profile.curvature(x, y),
             falling_rate(self.scene, x, y, 1.0 / self.lattice.dx),
+            self.material.transition[1] / np.sqrt(normal),
         )
 
     def _needed(self, initial: tuple[Array, Array, Array]) -> Part:
@@ -124,10 +127,10 @@ class LatticeRun(Run):
         size, stride = self.grid.rows * self.grid.stride, self.grid.stride
         self.now, *self.stages = (Fields(*(roomy(size) for _ in range(3))) for _ in range(3))
         load = np.tile(self.bed.normal, self.grid.rows)
-        active = PressureCoefficients(*self.material.pressure)
+        k_x, k_y = at_rest(self.material)
         self.status = Status(
-            roomy(size, load * active.x_active),
-            roomy(size, load * active.y_active_active),
+            roomy(size, load * k_x),
+            roomy(size, load * k_y),
             roomy(size, np.full(size, DRY)),
         )
         empty = np.zeros((2, self.grid.rows), dtype=np.int64)

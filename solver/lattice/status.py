@@ -9,7 +9,7 @@ import numpy as np
 from solver.arrays import Array
 from solver.compiled import ONE, kernel
 from solver.kernels.boundary import status_at_depth
-from solver.kernels.earth_pressure import earth_pressure
+from solver.kernels.earth_pressure import earth_pressure, stretching, wave_speed
 from solver.kernels.source_terms import below_yield
 from solver.kernels.state import (
     AXIS,
@@ -29,6 +29,80 @@ from solver.lattice.spans import Spans
 
 
 @kernel(unaliased=True)
+def fix_pressure(
+    now: Fields,
+    status: Status,
+    bed: Bed,
+    material: Material,
+    grid: Grid,
+    rate: Array,
+    cell: int,
+    column: int,
+    count: int,
+) -> None:
+    """Set the earth pressure of a run of cells, the same in every state, and raise the rate of columns.
+
+    Parameters are those of `classify_run`.
+    """
+    h, u, v = now
+    k_x, k_y, dry = material.pressure[0], material.pressure[2], material.dry
+    over_x, over_y = 1.0 / grid.dx, 1.0 / grid.dy
+    for k in range(count):
+        i, c = np.uint64(cell) + np.uint64(k), np.uint64(column) + np.uint64(k)
+        b_x, b_y = bed.normal[c] * k_x, bed.normal[c] * k_y
+        status.beta_x[i], status.beta_y[i] = b_x, b_y
+        this = (abs(u[i]) + math.sqrt(b_x * h[i])) * over_x + (abs(v[i]) + math.sqrt(b_y * h[i])) * over_y
+        this = this if h[i] > dry else 0.0
+        rate[c] = this if this > rate[c] else rate[c]
+
+
+@kernel(unaliased=True)
+def choose_pressure(
+    now: Fields,
+    status: Status,
+    bed: Bed,
+    material: Material,
+    grid: Grid,
+    rate: Array,
+    cell: int,
+    column: int,
+    count: int,
+) -> None:
+    """Choose the earth pressure of a run of cells by how they are stretched, and raise the rate of columns.
+
+    A dry neighbour has no velocity of its own and does not make a velocity gradient; what is dry itself has
+    the pressure of rest. Parameters are those of `classify_run`.
+    """
+    h, u, v = now
+    dry, one, row = material.dry, np.uint64(1), np.uint64(grid.stride)
+    over_x, over_y = 1.0 / grid.dx, 1.0 / grid.dy
+    half_x, half_y = 0.5 * over_x, 0.5 * over_y
+    for k in range(count):
+        i, c = np.uint64(cell) + np.uint64(k), np.uint64(column) + np.uint64(k)
+        w, e, s, n = i - one, i + one, i - row, i + row
+        wet = h[i] > dry
+        # loaded before they are chosen from: a choice of address would be gathered
+        u_i, u_e, u_w, v_i, v_n, v_s = u[i], u[e], u[w], v[i], v[n], v[s]
+        u_e, u_w = u_e if h[e] > dry else u_i, u_w if h[w] > dry else u_i
+        v_n, v_s = v_n if h[n] > dry else v_i, v_s if h[s] > dry else v_i
+        rise_x, rise_y = half_x * (h[e] - h[w]), half_y * (h[n] - h[s])
+        b_x, b_y, wave_x, wave_y = earth_pressure(
+            stretching(half_x * (u_e - u_w), half_x * ((u_e - u_i) - (u_i - u_w)), rise_x),
+            stretching(half_y * (v_n - v_s), half_y * ((v_n - v_i) - (v_i - v_s)), rise_y),
+            bed.steepness[c] * math.sqrt(h[i]) if wet else 0.0,
+            bed.normal[c],
+            abs(rise_x),
+            abs(rise_y),
+            material,
+        )
+        status.beta_x[i], status.beta_y[i] = b_x, b_y
+        this = (abs(u_i) + wave_speed(wave_x, b_x, h[i])) * over_x
+        this += (abs(v_i) + wave_speed(wave_y, b_y, h[i])) * over_y
+        this = this if wet else 0.0
+        rate[c] = this if this > rate[c] else rate[c]
+
+
+@kernel(unaliased=True)
 def classify_run(
     now: Fields,
     status: Status,
@@ -44,7 +118,7 @@ def classify_run(
 
     A cell is static if it is dry, or at rest with ``|(beta_x h_x - g sin xi, beta_y h_y)|`` at most
     ``g cos xi tan delta`` at each of its faces: were it asked of the whole cell alone, a spike one cell wide
-    would stand. A dry neighbour has no velocity of its own and does not make a velocity gradient.
+    would stand.
 
     Parameters
     ----------
@@ -53,20 +127,17 @@ def classify_run(
     cell, column, count : int
         Index of the first cell, its column, number of cells.
     """
+    if material.transition[1] > 0.0:
+        choose_pressure(now, status, bed, material, grid, rate, cell, column, count)
+    else:
+        fix_pressure(now, status, bed, material, grid, rate, cell, column, count)
     h, u, v = now
     dry, one, row = material.dry, np.uint64(1), np.uint64(grid.stride)
     over_x, over_y = 1.0 / grid.dx, 1.0 / grid.dy
     for k in range(count):
         i, c = np.uint64(cell) + np.uint64(k), np.uint64(column) + np.uint64(k)
         w, e, s, n = i - one, i + one, i - row, i + row
-        wet = h[i] > dry
-        # loaded before they are chosen from: a choice of address would be gathered
-        u_i, u_e, u_w, v_i, v_n, v_s = u[i], u[e], u[w], v[i], v[n], v[s]
-        u_e, u_w = u_e if h[e] > dry else u_i, u_w if h[w] > dry else u_i
-        v_n, v_s = v_n if h[n] > dry else v_i, v_s if h[s] > dry else v_i
-        u_x, v_y = (u_e - u_w) * (0.5 * over_x), (v_n - v_s) * (0.5 * over_y)
-        b_x, b_y = earth_pressure(u_x, v_y, 0.0, h[i], bed.normal[c], material)
-        status.beta_x[i], status.beta_y[i] = b_x, b_y
+        b_x, b_y = status.beta_x[i], status.beta_y[i]
         # the slope at each face, with that of the whole cell in the other direction
         pull = bed.along[c]
         back_x, forth_x = b_x * (h[i] - h[w]) * over_x - pull, b_x * (h[e] - h[i]) * over_x - pull
@@ -78,10 +149,7 @@ def classify_run(
         rests &= below_yield(steep_x, mean_y, bed.normal[c], material)
         rests &= below_yield(mean_x, steep_y, bed.normal[c], material)
         static = BELOW_YIELD if rests else 0.0
-        status.static[i] = static if wet else DRY
-        this = (abs(u[i]) + math.sqrt(b_x * h[i])) * over_x + (abs(v[i]) + math.sqrt(b_y * h[i])) * over_y
-        this = this if wet else 0.0
-        rate[c] = this if this > rate[c] else rate[c]
+        status.static[i] = static if h[i] > dry else DRY
 
 
 @kernel()

@@ -9,6 +9,14 @@ import numpy as np
 from solver.parameters import Checked, ParameterError, parameter, parametric, shared
 from solver.physics.friction import BED_FRICTION, friction_coefficient
 
+# Decrease of the share of the passive state that stands for a jump.
+JUMP = 1e200
+# Rate of stretching, times sqrt(h / (g cos xi)), from which a state is the limiting one.
+WIDTH = 0.5
+# Slope of the depth up to which the equations are hyperbolic whatever the width of the transition, and up to
+# which the waves of the state count for the step: what is steeper is a front or a shock, one cell wide.
+STEEPEST = 1.0
+
 
 class PressureCoefficients(NamedTuple):
     """Earth-pressure coefficients, dimensionless.
@@ -25,11 +33,28 @@ class PressureCoefficients(NamedTuple):
     y_passive_passive: float
 
 
+class Transition(NamedTuple):
+    """How the share of the passive state goes from 0 to 1, dimensionless.
+
+    ``rest`` is the share at rest, ``steepness`` its decrease with the rate of stretching times
+    ``sqrt(h / (g cos xi))``, 0 where no coefficient depends on a rate. ``coupling`` is the steepness of what
+    stretching along the bed makes of the coefficient across it, part of ``steepness``.
+    """
+
+    rest: float
+    steepness: float
+    coupling: float
+
+
 class EarthPressure(Checked):
     """Base of laws of earth pressure."""
 
     def coefficients(self) -> PressureCoefficients:
         """Give the coefficients of every state."""
+        raise NotImplementedError
+
+    def transition(self) -> Transition:
+        """Say how a state goes over into another one."""
         raise NotImplementedError
 
 
@@ -43,6 +68,10 @@ class Isotropic(EarthPressure):
         """All coefficients are 1."""
         return PressureCoefficients(1.0, 1.0, 1.0, 1.0, 1.0, 1.0)
 
+    def transition(self) -> Transition:
+        """Nothing depends on the rate of stretching."""
+        return Transition(0.0, 0.0, 1.0)
+
 
 @parametric
 class MohrCoulomb(EarthPressure):
@@ -51,7 +80,8 @@ class MohrCoulomb(EarthPressure):
     Raises
     ------
     ParameterError
-        If an angle is out of range or delta exceeds phi, where eq. 8 has no real root.
+        If an angle is out of range, delta exceeds phi, where eq. 8 has no real root, or the transition is
+        negative or not finite.
     """
 
     advice: ClassVar[str] = "dry granular flow"
@@ -64,6 +94,13 @@ class MohrCoulomb(EarthPressure):
         advice="About 30 to 40 for gravel and sand.",
     )
     bed_friction: float = shared(BED_FRICTION)
+    pressure_transition: float = parameter(
+        "rate of stretching, times sqrt(h / (g cos xi)), at which the active state is reached, and with the "
+        "opposite sign the passive one; K is linear in between",
+        default=WIDTH,
+        at_least=0,
+        advice="0 is the bare sign of the paper, whose solutions do not converge under refinement.",
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -90,6 +127,20 @@ class MohrCoulomb(EarthPressure):
         return PressureCoefficients(
             active, passive, across(active, -1), across(active, +1), across(passive, -1), across(passive, +1)
         )
+
+    def transition(self) -> Transition:
+        """Make the transition of the given width, wider for what stretching along makes of K across.
+
+        With ``d`` the difference that the state along makes to a coefficient ``K_y`` the equations stay
+        hyperbolic up to a slope S of the depth if ``S d / (2 width) <= sqrt(K_y)``: stretching along must not
+        push across faster than waves travel there.
+        """
+        if self.pressure_transition == 0.0:
+            return Transition(0.0, JUMP, 1.0)
+        _, _, *across = self.coefficients()
+        least = max((across[2 + k] - across[k]) / np.sqrt(across[k]) for k in range(2)) * STEEPEST / 2
+        wide = max(self.pressure_transition, float(least))
+        return Transition(0.5, 0.5 / self.pressure_transition, self.pressure_transition / wide)
 
 
 LAWS: tuple[type[EarthPressure], ...] = (MohrCoulomb, Isotropic)

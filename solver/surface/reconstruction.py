@@ -8,7 +8,7 @@ import numpy as np
 
 from solver.arrays import Array
 from solver.compiled import kernel
-from solver.kernels.limiter import face_state, steepness_of
+from solver.kernels.limiter import face_state, lead, least_shown, steepness_of
 from solver.kernels.state import FaceValues
 from solver.lattice.reconstruction import steps_to_faces
 from solver.surface.metric import EdgeFrames
@@ -70,10 +70,12 @@ def edge_values(
         t_low, t_high = steps_to_faces(t_back, t_forth, 2.0)
         # what is ahead, in the frame of the edge behind, and what is behind in that of the edge ahead
         led_by = h_a, n_a + (low_n - high_n), g_n[a] * h_a
+        least = least_shown(h_i, lead(low_n, led_by[1], -1.0), led_by[2])
         out.h_low[o], out.n_low[o], out.t_low[o] = face_state(
-            (h_i, low_n, low_t), (h_i + h_low, n_low, t_low), h_b, led_by, -1.0, dry
+            (h_i, low_n, low_t), (h_i + h_low, n_low, t_low), h_b, led_by, least, -1.0, dry
         )
         led_by = h_b, n_b + (high_n - low_n), g_n[b] * h_b
+        least = least_shown(h_i, lead(high_n, led_by[1], 1.0), led_by[2])
         out.h_high[o], out.n_high[o], out.t_high[o] = face_state(
-            (h_i, high_n, high_t), (h_i + h_high, n_high, t_high), h_a, led_by, 1.0, dry
+            (h_i, high_n, high_t), (h_i + h_high, n_high, t_high), h_a, led_by, least, 1.0, dry
         )

@@ -64,7 +64,7 @@ class SurfaceRun(LatticeRun):
 
     def _columns(self) -> Bed:
         nothing = np.zeros_like(self.lattice.x_points)
-        return Bed(nothing, nothing, nothing, nothing)
+        return Bed(nothing, nothing, nothing, nothing, nothing)
 
     def _needed(self, initial: tuple[Array, Array, Array]) -> Part:
         return Part(self.lattice.shape)

@@ -4,7 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scenes import material
 
+from solver.kernels.earth_pressure import at_rest
 from solver.physics.earth_pressure import MohrCoulomb
 from solver.physics.friction import Coulomb, Voellmy
 from solver.physics.terrain import Plane
@@ -134,7 +136,7 @@ def heap(lattice, slope, k, angle):
 @pytest.mark.parametrize(("angle", "pressure"), [(0.0, None), (10.0, None), (0.0, MohrCoulomb(40.0, 30.0))])
 @pytest.mark.parametrize("slope", [0.9, 1.1])
 def test_heap_moves_only_beyond_its_limit_slope(angle, pressure, slope):
-    k = pressure.coefficients().x_active if pressure else 1.0
+    k = at_rest(material(pressure))[0] if pressure else 1.0
     lattice = Lattice((-6.0, 26.0), (-6.0, 6.0), 0.25)
     depth = heap(lattice, slope, k, angle)
     # a slide far away keeps the steps coming

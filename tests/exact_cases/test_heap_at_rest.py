@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 from clouds import shaken_lattice
+from scenes import material
 
+from solver.kernels.earth_pressure import at_rest
 from solver.physics.earth_pressure import MohrCoulomb
 from solver.physics.friction import Coulomb
 from solver.physics.terrain import Plane
@@ -55,7 +57,7 @@ LAYOUTS = {
 def scene(points, share, angle, pressure):
     """A heap as steep at its feet as a share of the limit where gravity helps it most, and a slide beyond."""
     x, y = points.coordinates if isinstance(points, Lattice) else points.control_volumes.centroid.T
-    k = pressure.coefficients().x_active if pressure else 1.0
+    k = at_rest(material(pressure))[0] if pressure else 1.0
     limit = (np.tan(np.radians(FRICTION)) - np.tan(np.radians(angle))) / k
     square = (x - CENTRE[0]) ** 2 + (y - CENTRE[1]) ** 2 + TOP**2
     edge = np.hypot(RADIUS, TOP)
@@ -80,7 +82,7 @@ def test_a_heap_below_its_limit_is_the_same_to_the_last_bit_after_a_thousand_ste
     run = simulate(heap, [10.0], max_steps=1000)
     assert run.steps == 1000
     mine = heap.points.coordinates[0] < FEET
-    assert heap.depth[mine].max() > 0.5
+    assert heap.depth[mine].max() > (0.5 if pressure is None else 0.25)
     assert run.deposit_depth[mine].tobytes() == heap.depth[mine].tobytes()
     assert not run.max_speed[mine].any()
 

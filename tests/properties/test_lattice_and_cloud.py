@@ -1,5 +1,7 @@
 """Exact case 10, the chute on both layouts; and what graded points save where a flow is smooth in part."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from pipeline.studies.stability import ends
@@ -11,6 +13,8 @@ from solver.simulation import simulate
 from solver.verification.cases import CHUTE, dam_break, measure
 
 TIMES, BODY = np.arange(3.0, 25.0, 3.0), 0.02
+# the chute, so wide that the flow does not come to the walls
+WIDE = replace(CHUTE, y=(-10.0, 10.0))
 
 
 def extents(depth, lattice):
@@ -22,7 +26,7 @@ def extents(depth, lattice):
 
 def differences(spacing):
     """Largest difference of the extents over all times, m, and of the depth, relative L2."""
-    lattice, cloud = CHUTE.lattice(spacing), CHUTE.cloud(spacing)
+    lattice, cloud = WIDE.lattice(spacing), WIDE.cloud(spacing)
     regular, scattered = (
         simulate(CHUTE.scene(points, WeightedResidual()), TIMES) for points in (lattice, cloud)
     )

@@ -7,6 +7,7 @@ transposes.
 from typing import NamedTuple
 
 import numpy as np
+from dense_pressure import earth_pressure, stretching
 
 from solver.physics.friction import Voellmy
 
@@ -100,9 +101,11 @@ def face_state(cell, at_face, beyond, behind, sign, dry):
     toward a dry cell before it has 0.45 of what lies behind, leads it, and is no more than a front faster.
     """
     (h, n, t), (depth, n_step, t_step), (h_behind, n_behind, wave) = cell, at_face, behind
-    depth = np.minimum(np.maximum(depth, np.where(sign * n > 0, 0.1 * h, 0)), 2 * h)
-    faster = np.maximum(0, sign * (n - n_behind))
-    led = (sign * n <= 0) | ((sign * n_behind > 0) & (faster**2 <= 4 * wave))
+    faster = np.maximum(0, sign * (n - n_behind)) ** 2
+    # up to the mean where it has come off what is behind
+    share = np.where(faster > 0, faster - 4 * np.maximum(0, wave), 0) / np.where(faster > 0, faster, 1)
+    depth = np.minimum(np.maximum(depth, np.where(sign * n > 0, h * np.maximum(0.1, share), 0)), 2 * h)
+    led = (sign * n <= 0) | ((sign * n_behind > 0) & (faster <= 4 * wave))
     part = np.where((depth > 1.9 * h) & (sign * (n + n_step) > 0), 0, 1)
     hidden = (beyond <= dry) & (h < 0.45 * h_behind) & led
     return np.where(hidden, 0.0, depth), n + part * n_step, t + part * t_step
@@ -218,34 +221,36 @@ def loaded(before, after):
     return np.minimum(before, 2 * np.maximum(after, 0))
 
 
-def pressures(normal, extends_x, extends_y, coefficients):
-    """beta_x and beta_y, active where the flow extends."""
-    x_a, x_p, y_aa, y_ap, y_pa, y_pp = coefficients
-    k_y = np.select([extends_x & extends_y, extends_x, extends_y], [y_aa, y_ap, y_pa], y_pp)
-    return normal * np.where(extends_x, x_a, x_p), normal * k_y
-
-
-def classify(state, along, normal, coefficients, tangent, dry, dx, dy):
+def classify(state, along, normal, law, tangent, dry, dx, dy):
     """beta_x, beta_y, static of all but the outermost cells, and the largest wave rate of wet ones."""
     mid, e, w = np.s_[1:-1, 1:-1], np.s_[1:-1, 2:], np.s_[1:-1, :-2]
     n, s = np.s_[2:, 1:-1], np.s_[:-2, 1:-1]
     h, u, v = (q[mid] for q in state)
     wet = h > dry
 
-    def beside(q, place):
-        return np.where(state.h[place] > dry, q[place], q[mid])
-
-    extends_x = ~wet | (beside(state.u, e) >= beside(state.u, w))
-    extends_y = ~wet | (beside(state.v, n) >= beside(state.v, s))
     along, normal = along[1:-1], normal[1:-1]
-    beta_x, beta_y = pressures(normal, extends_x, extends_y, coefficients)
+
+    def stretched(q, ahead, behind, d):
+        forth, back = (
+            np.where(state.h[place] > dry, sign * (q[place] - q[mid]), 0) / d
+            for place, sign in ((ahead, 1), (behind, -1))
+        )
+        rise = (state.h[ahead] - state.h[behind]) / (2 * d)
+        return stretching((forth + back) / 2, (forth - back) / 2, rise), np.abs(rise)
+
+    (u_x, h_x), (v_y, h_y) = stretched(state.u, e, w, dx), stretched(state.v, n, s, dy)
+    fall = np.where(wet, np.sqrt(np.maximum(h, 0) / normal), 0)
+    beta_x, beta_y, *waves = earth_pressure(law, u_x, v_y, fall, normal, (h_x, h_y))
     x = [beta_x * (h - state.h[w]) / dx - along, beta_x * (state.h[e] - h) / dx - along]
     y = [beta_y * (h - state.h[s]) / dy, beta_y * (state.h[n] - h) / dy]
     steep_x, steep_y = np.maximum(*np.abs(x)), np.maximum(*np.abs(y))
     drive = np.maximum(np.hypot(steep_x, sum(y) / 2), np.hypot(sum(x) / 2, steep_y))
     held = (drive <= normal * tangent * YIELD_TOLERANCE) & (u == 0) & (v == 0)
     static = np.where(wet, np.where(held, 2.0, 0.0), 1.0)
-    rate = (np.abs(u) + np.sqrt(beta_x * h)) / dx + (np.abs(v) + np.sqrt(beta_y * h)) / dy
+    c_x, c_y = (
+        wave + np.sqrt(wave**2 + beta * h) for wave, beta in zip(waves, (beta_x, beta_y), strict=True)
+    )
+    rate = (np.abs(u) + c_x) / dx + (np.abs(v) + c_y) / dy
     return beta_x, beta_y, static, np.where(wet, rate, 0.0)
 
 
@@ -267,7 +272,8 @@ class Twin:
         self.tangent = np.tan(np.radians(scene.friction.bed_friction))
         turbulent = isinstance(scene.friction, Voellmy)
         self.drag = scene.gravity / scene.friction.turbulent_friction if turbulent else 0.0
-        self.coefficients = scene.earth_pressure.coefficients()
+        # earth-pressure coefficients at rest
+        self.at_rest = earth_pressure(scene.earth_pressure, 0, 0, 0, 1, (0, 0))[:2]
         self.along, self.normal = self.gravity(x, y)
         self.curvature = scene.terrain.curvature(x, y)
         excess = np.maximum(0, np.abs(self.along) - self.tangent * self.normal)
@@ -350,8 +356,7 @@ class Run(Twin):
         x = np.pad(lattice.x_points, 2, mode="edge")
         super().__init__(scene, arrival_depth, x, np.full_like(x, lattice.y_points.mean()), 1 / lattice.dx)
         padding = np.ones((lattice.shape[0] + 4, 1))
-        self.beta_x = padding * self.normal * self.coefficients.x_active
-        self.beta_y = padding * self.normal * self.coefficients.y_active_active
+        self.beta_x, self.beta_y = (padding * self.normal * k for k in self.at_rest)
         self.released = self.state.h.sum() * self.dx * self.dy
 
     def surrounded(self, state):
@@ -363,7 +368,7 @@ class Run(Twin):
     def classify(self):
         """Set padded beta_x, beta_y and static; return the largest wave rate and the volume that moves."""
         all_ = self.surrounded(self.state)
-        material = self.coefficients, self.tangent, self.dry
+        material = self.scene.earth_pressure, self.tangent, self.dry
         *status, rates = classify(all_, self.along, self.normal, *material, self.dx, self.dy)
         rates = rates[1:-1, 1:-1]
         status = [np.pad(q[1:-1, 1:-1], 2, mode="edge") for q in status]

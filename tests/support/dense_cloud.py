@@ -14,9 +14,9 @@ from dense import (
     leaving_at_depth,
     limited,
     loaded,
-    pressures,
     steepness_of,
 )
+from dense_pressure import earth_pressure, stretching
 
 from solver.lmls.shape_functions import approximation
 from solver.points.voronoi import SIDE_NORMALS
@@ -42,6 +42,10 @@ class CloudRun(Twin):
             second_moment=cells.second_moment,
         )
         self.neighbours, self.weights = slope.neighbours, (slope.along, slope.across)
+        # by the others alone: shape functions have no first moment, so that linear fields keep their slope
+        others = slope.value[:, 1:] / slope.value[:, 1:].sum(axis=1, keepdims=True)
+        self.by_others = [np.pad(w[:, 1:] + w[:, :1] * others, ((0, 0), (1, 0))) for w in self.weights]
+        self.to_neighbours = cells.centroid[slope.neighbours] - cells.centroid[:, None]
         # faces
         outward = SIDE_NORMALS[cells.side]
         self.left = np.concatenate([cells.left, cells.side_cell])
@@ -64,7 +68,7 @@ class CloudRun(Twin):
         super().__init__(scene, arrival_depth, *cells.centroid.T, self.widths[0])
         self.kinds = [self.sides[side] for side in cells.side]
         self.rise = self.way[self.inner :, 0] * np.concatenate([self.excess, [0, 0]])[cells.side]
-        self.beta = self.normal * self.coefficients.x_active, self.normal * self.coefficients.y_active_active
+        self.beta = tuple(self.normal * k for k in self.at_rest)
         self.released = self.state.h @ cells.area
 
     def around(self, values):
@@ -119,18 +123,33 @@ class CloudRun(Twin):
         found[self.cells.side_cell[fed]] = 0
         return found
 
+    def stretched(self, q, h, k):
+        """Rate of stretching along axis k by the others of a support; none beside a given depth."""
+        difference = (q[self.neighbours] - q[:, None]) * (h[self.neighbours] > self.dry)
+        linear = np.stack([(w * difference).sum(axis=1) for w in self.by_others], axis=1)
+        # the derivative ahead and that behind, each of what is left of the linear part
+        left = difference - (linear[:, None] * self.to_neighbours).sum(axis=2)
+        ahead = np.sign(self.to_neighbours[..., k]) * self.by_others[k]
+        own = ahead.sum(axis=1) > 1e-9 * np.abs(ahead).sum(axis=1)
+        found = stretching(linear[:, k], np.where(own, (ahead * left).sum(axis=1), 0), self.slopes(h)[:, k])
+        found[self.cells.side_cell[[not isinstance(kind, str) for kind in self.kinds]]] = 0
+        return found
+
     def classify(self):
         """Set beta and static of cells and ghosts; return the largest wave rate and the volume that moves."""
         h, u, v = self.state
         all_, wet = self.with_ghosts(self.state), h > self.dry
         w_x, w_y, w, m_x, m_xy = self.widths
-        tie = -1e-10 * w * (np.abs(u) + np.abs(v) + np.sqrt(self.normal * h))
-        extends_x = ~wet | (self.slopes_of_velocity(u, h)[:, 0] >= tie)
-        extends_y = ~wet | (self.slopes_of_velocity(v, h)[:, 1] >= tie)
-        b_x, b_y = pressures(self.normal, extends_x, extends_y, self.coefficients)
+        tie = 1e-10 * w * (np.abs(u) + np.abs(v) + np.sqrt(self.normal * h))
+        rates = [self.stretched(q, h, k) for k, q in enumerate((u, v))]
+        rates = [np.where(np.abs(rate) > tie, rate, 0) for rate in rates]
+        fall = np.where(wet, np.sqrt(h / self.normal), 0)
+        law, rises = self.scene.earth_pressure, np.abs(self.slopes(h).T)
+        b_x, b_y, *pushes = earth_pressure(law, *rates, fall, self.normal, rises)
         square = np.maximum(0, m_x * u**2 + (1 - m_x) * v**2 + 2 * m_xy * u * v)
         leaving = np.minimum(w * np.sqrt(square), w_x * np.abs(u) + w_y * np.abs(v))
-        waves = w * np.sqrt((m_x * b_x + (1 - m_x) * b_y) * h)
+        push = w_x * pushes[0] + w_y * pushes[1]
+        waves = push + np.sqrt(push**2 + w**2 * (m_x * b_x + (1 - m_x) * b_y) * h)
         rate = np.where(wet, np.maximum(leaving + waves, self.falling), 0.0).max()
         # held where the drive at no face but a wall's exceeds friction
         gradient, exceeds = self.slopes(h), np.zeros(self.n, dtype=int)

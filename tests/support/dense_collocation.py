@@ -1,7 +1,8 @@
 """The collocation form in plain NumPy, with full matrices over points and images: one step at a time."""
 
 import numpy as np
-from dense import Twin, pressures
+from dense import Twin
+from dense_pressure import earth_pressure
 
 from solver.collocation.run import AROUND, images_of
 from solver.kernels.runge_kutta import SSP_RK3
@@ -69,14 +70,17 @@ class DenseCollocation(Twin):
         return parts
 
     def pressure(self):
-        """beta along and across, by the LMLS velocity gradient among wet points."""
+        """beta along and across and the waves of the state, by the velocity gradient among wet points."""
         h, u, v = self.filled(*self.state)
         wet = h > self.dry
         u_x, v_y = (
             d @ (wet * q) - q[: self.n] * (d @ wet.astype(float)) for d, q in ((self.d_x, u), (self.d_y, v))
         )
-        extends_x, extends_y = ((q >= 0) | ~wet[: self.n] for q in (u_x, v_y))
-        return pressures(self.normal, extends_x, extends_y, self.coefficients)
+        here = wet[: self.n]
+        fall = np.where(here, np.sqrt(np.maximum(h[: self.n], 0) / self.normal), 0)
+        rises = np.abs(self.d_x @ h), np.abs(self.d_y @ h)
+        law = self.scene.earth_pressure
+        return earth_pressure(law, here * u_x, here * v_y, fall, self.normal, rises)
 
     def relaxed(self, h, hu, hv):
         """Eqs. 24 and 25, as an exchange between pairs or as printed."""
@@ -129,7 +133,7 @@ class DenseCollocation(Twin):
     def step(self, dt):
         """One step of eq. 14."""
         source = self.state
-        beta_x, beta_y = self.pressure()
+        beta_x, beta_y, *_ = self.pressure()
         for part in SSP_RK3:
             h, u, v = self.filled(*source)
             mass, along, across = (

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from solver.kernels.state import Material
 from solver.physics.earth_pressure import MohrCoulomb
 from solver.physics.friction import Coulomb, Voellmy
 from solver.physics.terrain import Bend, Plane
@@ -38,6 +39,11 @@ def rough(seed, **changes):
     return replace(Scene(LATTICE, Plane(20), depth, *velocity, Coulomb(15)), **changes)
 
 
+def material(law, friction=0.0, dry=0.0):
+    """What kernels are given of a law of earth pressure."""
+    return Material(friction, 0.0, law.coefficients(), law.transition(), dry)
+
+
 def all_sides(side):
     return Boundaries(side, side, side, side)
 
@@ -60,7 +66,7 @@ SCENES = {
     "rough": (rough(1), 0.4),
     "rough, long steps": (rough(2, scheme=WeightedResidual(cfl=1.8)), 0.3),
     "rough, long steps, walls": (
-        rough(3, scheme=WeightedResidual(cfl=1.8), boundaries=all_sides("wall")),
+        rough(4, scheme=WeightedResidual(cfl=1.8), boundaries=all_sides("wall")),
         0.3,
     ),
     "coming to rest": (scene(Plane(5), Coulomb(35), speed=(1, 0), earth_pressure=MohrCoulomb(38, 35)), 3.0),

@@ -234,7 +234,7 @@ def stress(
     most_work: float = MOST_WORK,
 ) -> tuple[list[Path], list[Path]]:
     """Run a campaign, write its table, and give what was written: reports, and files of failing scenes."""
-    from pipeline.studies.stress.report import write
+    from pipeline.studies.stress.report import rate, write
 
     began = perf_counter()
     drawn = [read(path) for path in chosen] if chosen else None
@@ -242,4 +242,7 @@ def stress(
     same_with_any_workers(rows, to, max(2, workers))
     told: dict[str, Any] = {"scenes": len(rows), "seed": seed, "workers": workers, "work": most_work}
     reports = write(rows, to, told | {"seconds": perf_counter() - began})
+    # scenes of files are no sample
+    if drawn is None:
+        tell(rate(rows))
     return reports, files(rows, to / "failing", tell)

@@ -20,8 +20,6 @@ from solver.scene import Boundaries, Scene
 STEPS, FEW_STEPS = 60, 10
 # Largest difference of depth of what mirrors to round-off, as part of the largest depth.
 ROUND_OFF = 1e-9
-# What comes from products that underflow scales no more, nor what it has been mixed into since.
-UNDERFLOW = 1e-60
 # Gravity and lengths are scaled by a power of 4, whose root is exact.
 FACTOR = 4.0
 # Keys of lengths, wherever they stand.
@@ -77,7 +75,7 @@ def _scaled(run: Run, other: Run, length: float, speed: float) -> float:
     """Count the values of a state that are not those of another one, scaled."""
     factors = length, speed, speed
     pairs = [(a, f * b) for a, b, f in zip(run.state, other.state, factors, strict=True)]
-    return float(sum(((a != b) & (np.abs(a) + np.abs(b) > UNDERFLOW)).sum() for a, b in pairs))
+    return float(sum((a != b).sum() for a, b in pairs))
 
 
 def mirrored(scene: Scene) -> Scene:

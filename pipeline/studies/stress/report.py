@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 ENDINGS = {REACHED: "end of time", AT_REST: "rest", OUT_OF_STEPS: "bound of work", **REASONS}
 ENDINGS[OUT_OF_STEPS] = "bound of work"
+CONFIDENCE = 0.95
 
 
 def write(rows: list[Row], to: Path, told: dict[str, Any]) -> list[Path]:
@@ -30,6 +31,28 @@ def write(rows: list[Row], to: Path, told: dict[str, Any]) -> list[Path]:
         writer.writeheader()
         writer.writerows(lines)
     return [report, table]
+
+
+def largest_rate(broken: int, scenes: int) -> float:
+    """Upper bound, at 95 %, of the share of scenes that break a law, of which so many of so many did.
+
+    It is the one-sided bound of Clopper and Pearson (1934); with none broken about 3 over the scenes.
+    """
+    from scipy.stats import beta
+
+    return 1.0 if broken >= scenes else float(beta.ppf(CONFIDENCE, broken + 1, scenes - broken))
+
+
+def rate(rows: list[Row]) -> str:
+    """Tell how many scenes of the conservative form break a law, and how many may at most."""
+    run = [row for row in rows if row.conservative and (row.watched is not None or row.broken)]
+    broken = sum(bool(row.broken) for row in run)
+    share = broken / len(run) if run else 0.0
+    bound = largest_rate(broken, len(run))
+    return (
+        f"{broken} of {len(run)} scenes of the conservative form break a law: a rate of {share:.2g}, "
+        f"at most {bound:.2g} at 95 %"
+    )
 
 
 def _line(row: Row) -> dict[str, Any]:
@@ -52,11 +75,9 @@ def _report(rows: list[Row], told: dict[str, Any]) -> Iterator[str]:
     kept, other = ([row for row in rows if row.conservative is c] for c in (True, False))
     yield f"# {told['scenes']} scenes of seed {told['seed']}"
     yield ""
-    broken = [row for row in kept if row.broken]
     yield (
-        f"{len(kept)} scenes of the conservative form, {len(broken)} of which break a law; "
-        f"{len(other)} of the collocation form. A scene ends after {told['work']:.2g} cell-stages. "
-        f"{told['seconds']:.0f} s with {told['workers']} workers."
+        f"{rate(rows)}. {len(other)} more are of the collocation form. A scene ends after "
+        f"{told['work']:.2g} cell-stages. {told['seconds']:.0f} s with {told['workers']} workers."
     )
     yield from ["", "## Laws", "", *_laws(kept)]
     yield from ["", "## Time steps", "", *_steps(kept)]

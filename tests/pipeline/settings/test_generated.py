@@ -216,7 +216,13 @@ def test_a_coefficient_can_be_swept_and_sampled(tmp_path):
 
 def test_what_an_alternative_does_not_hold_is_not_in_the_content(tmp_path):
     dumped = settings().material.model_dump()
-    assert list(dumped) == ["bed_friction", "internal_friction", "earth_pressure", "turbulent_friction"]
+    assert list(dumped) == [
+        "bed_friction",
+        "internal_friction",
+        "pressure_transition",
+        "earth_pressure",
+        "turbulent_friction",
+    ]
 
 
 def test_settings_pickle():

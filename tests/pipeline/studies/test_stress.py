@@ -1,6 +1,7 @@
 """The stress harness: what it draws, what it checks, and the scenes that once broke a law."""
 
 from dataclasses import replace
+from math import comb
 
 import numpy as np
 import pytest
@@ -9,15 +10,17 @@ from hypothesis import strategies as st
 from root import ROOT
 from scenes import SCENES, all_sides, scene
 
-from pipeline.studies.stress.campaign import is_repeated, perform, shrunk
+from pipeline.studies.stress.campaign import Row, is_repeated, perform, shrunk
 from pipeline.studies.stress.repeats import repeat
+from pipeline.studies.stress.report import largest_rate, rate
 from pipeline.studies.stress.scenes import LAYOUTS, Drawn, draw, prepared, read
 from pipeline.studies.stress.shrink import shrink
 from pipeline.studies.stress.watch import Watched, watch
-from solver.checks.invariants import Check, Laws, State, state_of_run
+from solver.checks.invariants import Check, Laws, State, state_of_run, unseen
 from solver.forms import begin
 from solver.physics.friction import Coulomb
-from solver.physics.terrain import Plane
+from solver.physics.terrain import Plane, Segment, Segments
+from solver.points.lattice import Lattice
 
 SMALL = 1e5
 ONCE_BROKEN = sorted((ROOT / "scenarios" / "stress").glob("*.yaml"))
@@ -50,6 +53,13 @@ def test_a_random_scene_keeps_the_laws_of_the_conservative_form(number):
 def test_a_scene_that_once_broke_a_law_keeps_them_all(file):
     ready = prepared(read(file))
     assert watch(ready.scene, float(ready.times[-1]), 2e6).violations == {}
+
+
+def test_what_underflows_does_not_hang_on_units():
+    """Ahead of the layer from a side of given depth, velocities decay below what doubles can hold."""
+    checks = repeat(read(next(path for path in ONCE_BROKEN if path.stem == "spray-that-underflows")))
+    assert {check.law: check.value for check in checks if not check.kept} == {}
+    assert {"gravity scales time", "length scales"} <= {check.law for check in checks}
 
 
 @pytest.mark.parametrize("number", [1, 8])
@@ -89,6 +99,21 @@ def test_the_laws_see_what_breaks_them():
     assert broken(laws.of_state(changed(state, u=state.u + 20.0))) >= {"kinetic energy has a source"}
 
 
+def test_a_cell_longer_than_a_cliff_may_fall_by_its_length():
+    """One of 1 m whose middle stands on the edge of 0.25 m of 80 degrees, and a lattice that resolves it."""
+    cliff = Segments((Segment(0.0, 0.0), Segment(2.0, 80.0), Segment(2.25, 0.0)), joint=0.02)
+    coarse, fine = (
+        scene(cliff, heaps=(((1, 0), 1, 0.1),), lattice=Lattice((0.125, 6.125), (-1, 1), d))
+        for d in (1, 0.01)
+    )
+    steep = 9.81 * np.sin(np.radians(80))
+    assert unseen(coarse) == pytest.approx(0.75 * steep, rel=0.05)
+    assert unseen(fine) < 0.01 * steep
+    assert unseen(FLAT) == 0
+    limits = [start(case)[0].speed_limit(0.0) ** 2 / 2 for case in (coarse, fine)]
+    assert limits[0] - limits[1] == pytest.approx(0.75 * steep, rel=0.15)
+
+
 def test_the_laws_of_a_step_see_what_breaks_them():
     laws, state = start(FLAT)
     later = changed(state, time=0.1)
@@ -124,6 +149,39 @@ def test_a_shrunk_scene_can_be_run(monkeypatch, tmp_path):
     assert small.points.size < row.drawn.points.size / 4
     again = read(small.write(tmp_path))
     assert len(again.data["release"]) == 1
+
+
+@pytest.mark.parametrize(
+    ("broken", "scenes", "bound"),
+    [
+        (0, 300, 9.936e-3),
+        (0, 5000, 5.990e-4),
+        (1, 150, 3.122e-2),
+        (6, 930, 1.269e-2),
+        (3, 3, 1.0),
+        (0, 0, 1.0),
+    ],
+)
+def test_the_largest_rate_is_that_which_the_campaign_would_contradict(broken, scenes, bound):
+    """As many broken or fewer would be found in one of twenty campaigns."""
+    found = largest_rate(broken, scenes)
+    assert found == pytest.approx(bound, rel=2e-3)
+    if scenes > broken:
+        fewer = sum(comb(scenes, k) * found**k * (1 - found) ** (scenes - k) for k in range(broken + 1))
+        assert fewer == pytest.approx(0.05, rel=1e-6)
+
+
+def test_the_rate_counts_what_was_run_of_the_conservative_form():
+    def row(number, **of):
+        return Row(replace(draw(1, number), data={"scheme": of.pop("scheme", {})}), **of)
+
+    bad = Watched()
+    bad.note([Check("speed has a source", 2.0, 1.5)], 0.1)
+    rows = [row(1, watched=Watched()), row(2, watched=bad), row(3, reason="refused")]
+    rows.append(row(4, watched=bad, scheme={"form": "collocation"}))
+    told = rate(rows)
+    assert "1 of 2 scenes" in told
+    assert "a rate of 0.5, at most 0.97 at 95 %" in told
 
 
 def test_an_error_is_told_as_a_broken_law(monkeypatch):

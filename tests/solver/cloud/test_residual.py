@@ -5,9 +5,13 @@ import numpy as np
 import pytest
 from clouds import clouds
 from hypothesis import given, settings
+from scenes import material
 
 from solver.cloud.faces import beyond, connect, half_of
 from solver.cloud.operators import prepare
+from solver.cloud.reconstruction import slopes_at, strain_at
+from solver.kernels.earth_pressure import at_rest
+from solver.kernels.state import Fields
 from solver.physics.earth_pressure import Isotropic, MohrCoulomb
 from solver.physics.friction import Coulomb
 from solver.physics.terrain import Plane
@@ -146,7 +150,7 @@ def test_a_layer_at_rest_on_flat_ground_stays():
 def cone(cloud, share, angle=0.0, pressure=None):
     """A cone on a plane whose slope is a share of the friction limit where gravity helps it most."""
     x, y = cloud.control_volumes.centroid.T
-    k = pressure.coefficients().x_active if pressure else 1.0
+    k = at_rest(material(pressure))[0] if pressure else 1.0
     slope = share * (np.tan(np.radians(30)) - np.tan(np.radians(angle))) / k
     return slope * np.maximum(0, 3.2 - np.hypot(x - 5, y - 4))
 
@@ -262,3 +266,54 @@ def test_runs_that_cannot_go_on_say_why_and_where():
     assert failure.reason == "a value that is not finite"
     assert 0 < failure.x < 10
     assert 0 < failure.y < 8
+
+
+@pytest.mark.parametrize(("degree", "most"), [(1, 0.95), (2, 0.8)])
+def test_how_a_cell_is_strained_is_told_by_the_others_and_on_a_slope_by_the_deeper_side(degree, most):
+    """On lopsided supports, whose slopes say that a cell that moves alone extends or shortens."""
+    rng = np.random.default_rng(3)
+    cloud = given_points(rng.uniform(0, 10, (150, 2)), (0, 10), (0, 10))
+    tables = prepare(cloud, degree=degree).tables
+    n, room = len(cloud.points), tables.faces.cells
+    x, y = np.pad(cloud.control_volumes.centroid, ((0, room - n), (0, 0))).T
+
+    def strained(u, v, h=1.0, rise=0.0):
+        found = np.full((8, room), rise)
+        fields = Fields(np.full(room, h), u, v)
+        strain_at(fields, tables.gradient.neighbours, tables.strain, 0, room, 1e-3, found)
+        return found[6:, :n]
+
+    for rise in (0.0, 0.02, 1.0, -1.0):
+        found = strained(2 + 3 * x - y, 1 + y - 4 * x, rise=rise)
+        np.testing.assert_allclose(found, [[3] * n, [1] * n], rtol=1e-8)
+    lone, slopes = np.zeros(room), np.zeros((8, room))
+    lone[70] = 5.0
+    np.testing.assert_allclose(strained(lone, -lone)[:, 70], 0.0, atol=1e-12)
+    slopes_at(Fields(np.ones(room), lone, lone), tables.gradient, 0, room, 1e-3, slopes)
+    assert np.abs(slopes[2:6, 70]).max() > 0.1
+    np.testing.assert_array_equal(strained(x, y, h=0.0), 0.0)
+    # toward the deeper side a cell of its own velocity shortens, and away from it it extends
+    for sign in (1.0, -1.0):
+        own = -np.stack([w.sum(axis=0)[:n] for w in (tables.strain.bent_along, tables.strain.bent_across)])
+        assert (own <= 0.0).all()
+        np.testing.assert_allclose(
+            strained(lone, -lone, rise=sign)[:, 70], sign * 5.0 * own[:, 70] * [1, -1], rtol=1e-9
+        )
+    assert (own < 0.0).mean() > most
+
+
+def test_the_deeper_side_of_a_bend_in_velocity_tells_how_a_cell_is_strained():
+    """On a lattice it is the derivative on that side alone, with supports of five or of nine."""
+    lattice = Lattice((0, 8), (0, 8), 1.0)
+    cloud = given_points(np.stack([a.ravel() for a in lattice.coordinates], axis=1), (-0.5, 8.5), (-0.5, 8.5))
+    for support in (5, 9):
+        tables = prepare(cloud, support).tables
+        n, room = len(cloud.points), tables.faces.cells
+        x, y = np.pad(cloud.control_volumes.centroid, ((0, room - n), (0, 0))).T
+        middle = int(np.argmin(np.abs(x - 4) + np.abs(y - 4)))
+        bent = np.where(x > 4, 3.0, 1.0) * (x - 4), np.where(y > 4, -2.0, 5.0) * (y - 4)
+        for rise, expected in ((1.0, (3, -2)), (-1.0, (1, 5)), (0.0, (2, 1.5)), (0.025, (2.5, -0.25))):
+            found = np.full((8, room), rise)
+            fields = Fields(np.ones(room), *bent)
+            strain_at(fields, tables.gradient.neighbours, tables.strain, 0, room, 1e-3, found)
+            assert found[6:, middle] == pytest.approx(expected, rel=1e-9)

@@ -102,8 +102,10 @@ def test_a_flow_that_loses_half_its_speed_is_limited_by_minmod():
     ("back", "forth", "low", "high"),
     [(1, 1, 0.5, 0.5), (1, -1, 0, 0), (0, 1, 0, 0), (1, 8, 1, 1), (-1, -1, -0.5, -0.5), (1, 2, 2 / 3, 5 / 6)],
 )
-def test_the_limited_steps_are_within_the_smaller_difference(back, forth, low, high):
-    assert steps_to_faces(float(back), float(forth), 2.0) == pytest.approx((-low, high), rel=1e-15)
+@pytest.mark.parametrize("unit", [1.0, 1e-200])
+def test_the_limited_steps_are_within_the_smaller_difference(back, forth, low, high, unit):
+    found = steps_to_faces(unit * back, unit * forth, 2.0)
+    assert found == pytest.approx((-unit * low, unit * high), rel=1e-15, abs=0.0)
 
 
 @pytest.mark.parametrize(("front", "shown"), [(0.44, False), (0.46, True)])
@@ -136,3 +138,13 @@ def test_a_cell_shows_a_share_of_its_depth_where_it_moves_to(speed, least):
     low, high, *_ = reconstruct(h, n, n)
     assert high[0, 0] == pytest.approx(0.5 * least, abs=1e-15)
     assert low[0, 0] > 0.5
+
+
+@pytest.mark.parametrize(("wave", "share"), [(1e-9, 1.0), (0.05, 0.8), (0.24, 0.1)])
+def test_what_has_come_off_shows_up_to_its_mean_depth_where_it_moves_to(wave, share):
+    """A cell of speed 1 that nothing follows; ``wave`` is the square of the wave speed behind it."""
+    h = np.array([[10.0, 0.5, 0.01]] * 3)
+    n = np.array([[0.0, 1.0, 0.5]] * 3)
+    for sign in (1, -1):
+        low, high, *_ = reconstruct(h[:, ::sign], sign * n[:, ::sign], n, beta=wave / 10)
+        assert (high if sign == 1 else low)[0, 0] == pytest.approx(0.5 * share, rel=1e-8)
