@@ -100,7 +100,7 @@ def kernel_costs() -> tuple[list[Cost], float, float]:
         ),
         (
             update_row,
-            False,
+            True,
             1,
             (now, now, out, status, bed, material, cell, g, count, flux, g, flux, g, g, 0.5, DT, grid),
         ),

@@ -28,6 +28,8 @@ class Buffers(NamedTuple):
         along y.
     limiter
         Ring of rows of the share of its outflow that leaves the cell a depth.
+    before
+        One row of the state at the start of the step, where a stage takes its place.
     """
 
     along: FaceValues
@@ -35,6 +37,7 @@ class Buffers(NamedTuple):
     x_fluxes: Fluxes
     y_fluxes: Fluxes
     limiter: Array
+    before: Fields
 
 
 class LatticeArrays(NamedTuple):

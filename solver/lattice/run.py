@@ -142,6 +142,7 @@ class LatticeRun(Run):
             Fluxes(*(roomy(RING * n) for _ in range(4))),
             Fluxes(*(roomy(RING * n) for _ in range(4))),
             np.ones(RING * n),
+            Fields(*(roomy(n) for _ in range(3))),
         )
         depth, speed_squared, momentum_flux = np.zeros((3, ny * nx))
         self.record = Record(depth, speed_squared, momentum_flux, np.full(ny * nx, np.nan))

@@ -22,8 +22,6 @@ class SurfaceArrays(NamedTuple):
     ----------
     now, first_stage, second_stage
         States at the start of the step and after its stages.
-    before
-        One row of the state at the start of the step, where a stage takes its place.
     static
         DRY or BELOW_YIELD where a cell is so, else 0; flat array of the padded lattice.
     inner
@@ -33,7 +31,6 @@ class SurfaceArrays(NamedTuple):
     now: Fields
     first_stage: Fields
     second_stage: Fields
-    before: Fields
     static: Array
     metric: Metric
     material: Material

@@ -17,7 +17,7 @@ from solver.kernels.riemann import hll
 from solver.kernels.source_terms import acting_depth, update_cell
 from solver.kernels.state import BELOW_YIELD, LANES, RETAINED, Fields, Fluxes, Material, whole
 from solver.lattice.arrays import RING
-from solver.lattice.residual import limit_outflow
+from solver.lattice.residual import copy_row, limit_outflow
 from solver.lattice.spans import hull
 from solver.surface.arrays import SurfaceArrays
 from solver.surface.metric import Metric
@@ -74,14 +74,6 @@ def outflow_limits(
         loss, most = out * (dt * per_area[cell + k]), (1.0 - RETAINED) * h[cell + k]
         limiter[to + k] = most / loss if loss > most else 1.0
     return True
-
-
-@kernel(unaliased=True)
-def copy_row(source: Fields, cell: int, count: int, target: Fields, to: int) -> None:
-    """Copy a run of cells."""
-    for k in range(count):
-        i, o = np.uint64(cell) + np.uint64(k), np.uint64(to) + np.uint64(k)
-        target.h[o], target.u[o], target.v[o] = source.h[i], source.u[i], source.v[i]
 
 
 @kernel(unaliased=True)
@@ -172,9 +164,9 @@ def stage(
         Time step, s.
     """
     static, metric, material, grid = arrays.static, arrays.metric, arrays.material, arrays.grid
-    spans, before, m, dry = arrays.spans.stepped, arrays.before, grid.stride, material.dry
+    spans, m, dry = arrays.spans.stepped, grid.stride, material.dry
     room = m + LANES
-    along, across, x_fluxes, y_fluxes, limiter = arrays.buffers
+    along, across, x_fluxes, y_fluxes, limiter, before = arrays.buffers
     h, u, v = now
     x, y, g_n = metric.x_edges, metric.y_edges, metric.g_n
     x_mass, y_mass = x_fluxes.mass, y_fluxes.mass

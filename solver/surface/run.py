@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from solver.arrays import Array
 from solver.kernels.runge_kutta import Limits
-from solver.kernels.state import GHOSTS, Bed, Fields
-from solver.lattice.run import LatticeRun, roomy
+from solver.kernels.state import GHOSTS, Bed
+from solver.lattice.run import LatticeRun
 from solver.lattice.window import Part, Window
 from solver.physics.earth_pressure import Isotropic
 from solver.physics.elevation import Surface, edges_of, lifted_area
@@ -89,7 +89,6 @@ class SurfaceRun(LatticeRun):
             scene.friction.tangent,
             scene.scheme.cfl,
         )
-        self.before = Fields(*(roomy(self.grid.stride) for _ in range(3)))
 
     @property
     def arrays(self) -> SurfaceArrays:  # type: ignore[override]
@@ -98,7 +97,6 @@ class SurfaceRun(LatticeRun):
             now=self.now,
             first_stage=self.stages[0],
             second_stage=self.stages[1],
-            before=self.before,
             static=self.status.static,
             metric=self.metric,
             material=self.material,
