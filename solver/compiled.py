@@ -97,9 +97,9 @@ def kernel(
     inline : bool
         Whether it becomes part of what calls it, however long it is: a loop that calls does not vectorise.
     as_source : bool
-        Whether its source becomes part of what calls it, and it is not compiled by itself: that takes a second
-        where many arrays are given. No address of the kernels that it is given stays behind, with which Numba
-        could not keep the caller on disk.
+        Whether its source becomes part of what calls it. It is not compiled by itself then, which takes a
+        second where many arrays are given. It leaves no address of kernels that are its arguments, with which
+        Numba could not keep the caller on disk.
     cached : bool
         Whether it is kept on disk.
     """
