@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import warnings
 from functools import lru_cache
 from math import isfinite
+from typing import Any
 
 from pipeline.settings.hazard import Georeference
 
@@ -37,3 +39,15 @@ def doubt(georeference: Georeference) -> tuple[str, str] | None:
     if not (isfinite(lon) and isfinite(lat)):
         return "origin", f"expected a place that {code} has, found {list(georeference.origin)}"
     return None
+
+
+def cf_attributes(crs: str) -> dict[str, Any]:
+    """Give a reference system as the attributes of a grid mapping of the CF conventions, with its WKT."""
+    import pyproj
+
+    with warnings.catch_warnings():
+        # parameters that CF has no names for; the WKT beside them has all
+        warnings.simplefilter("ignore", UserWarning)
+        found: dict[str, Any] = pyproj.CRS.from_user_input(crs).to_cf()
+    # the name by which GDAL looks for it
+    return {**found, "spatial_ref": found["crs_wkt"]}

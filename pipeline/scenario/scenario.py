@@ -18,6 +18,7 @@ from pipeline.inputs.point_file import PointFile
 from pipeline.mistakes import BadInput, Mistake, describe
 from pipeline.scenario import checks
 from pipeline.scenario.design import draw
+from pipeline.scenario.ground import Ground
 from pipeline.scenario.schema_errors import check
 from pipeline.scenario.strict_yaml import parse
 from pipeline.settings.receptor import Receptor
@@ -48,6 +49,7 @@ class Scenario:
     what ``IRRELEVANT`` lists).
     digest : SHA-256 of ``content``, hexadecimal.
     tables : elevation tables by the name the settings give them. points : what a file of points holds.
+    ground : elevation model and polygons of a scenario on one, which has a domain then.
     warnings : one line each, to be shown and not to be stopped by.
     """
 
@@ -60,6 +62,7 @@ class Scenario:
     tables: Mapping[str, ElevationTable]
     points: PointFile | None = None
     warnings: tuple[str, ...] = ()
+    ground: Ground | None = None
 
     @property
     def name(self) -> str:
@@ -119,6 +122,7 @@ def load(sources: Iterable[str | Path | Mapping[str, Any]]) -> list[Scenario]:
                     checked.tables,
                     checked.points,
                     checked.warnings,
+                    checked.ground,
                 )
             )
     if mistakes:
@@ -202,6 +206,8 @@ def _content(checked: checks.Checked) -> str:
     tables = {name: table.digest for name, table in sorted(checked.tables.items())}
     files = {} if checked.points is None else {"file": checked.points.digest}
     whole = {**held, "points": {**held["points"], **files}, "tables": tables}
+    if checked.ground is not None:
+        whole["map_files"] = checked.ground.digests
     if checked.settings.sample is not None:
         # another version of SciPy may draw otherwise
         drawn = json.dumps(draw(checked.settings.sample))

@@ -13,6 +13,7 @@ from pipeline.settings.points import Points, Region
 from pipeline.settings.receptor import Receptor
 from pipeline.settings.sample import Sample, Scalar
 from pipeline.settings.section import Positive, Section, key, relation
+from pipeline.settings.surface import ElevationTerrain, unfit
 from solver.physics.constants import GRAVITY
 from solver.scheme import Collocation
 
@@ -173,7 +174,8 @@ class Settings(Section):
     gravity: Positive = key("gravity; 1 for the paper's dimensionless cases", "m s-2", GRAVITY)
     terrain: AnyTerrain = key("shape of the bed")
     domain: Domain | None = key(
-        "bounds of the points. Default: as far as the flow of any run comes, found by runs on wider spacing",
+        "bounds of the points; of eastings and northings on an elevation model. Default: as far as the flow "
+        "of any run comes, found by runs on wider spacing; the whole of an elevation model",
         default=None,
     )
     points: Points = key("layout of the points")
@@ -221,8 +223,15 @@ class Settings(Section):
         return self
 
     @model_validator(mode="after")
+    def _fits_terrain(self) -> Settings:
+        error = unfit(self)
+        if error is not None:
+            raise error
+        return self
+
+    @model_validator(mode="after")
     def _found(self) -> Settings:
-        if self.domain is not None:
+        if self.domain is not None or self.on_surface:
             return self
         for side, stands in self.boundaries:
             if stands != "open":
@@ -302,6 +311,11 @@ class Settings(Section):
         """The domain, which is known once it was given or found."""
         assert self.domain is not None
         return self.domain
+
+    @property
+    def on_surface(self) -> bool:
+        """Whether the terrain is an elevation model."""
+        return isinstance(self.terrain, ElevationTerrain)
 
     @property
     def table_file(self) -> str | None:
