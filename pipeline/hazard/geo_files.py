@@ -114,6 +114,7 @@ def _netcdf(grid: xr.Dataset, crs: str, path: Path) -> Path:
         encoding[str(name)] = {"zlib": True, "_FillValue": np.int8(-1) if integer else np.float32("nan")}
     written = _with_crs(grid, crs)
     for name in grid.data_vars:
+        written[name].attrs.pop("grid_mapping", None)
         written[name].encoding["grid_mapping"] = "spatial_ref"
         encoding[str(name)]["grid_mapping"] = "spatial_ref"
     with whole(path, path.suffix) as aside:

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from pipeline.assess.georeference import Frame, frame
+from pipeline.assess.georeference import Frame, MapAxes, frame
 from pipeline.hazard import geo_files
 from pipeline.hazard.layers import layers
 from pipeline.hazard.pictures import draw
@@ -28,6 +28,8 @@ def ground(found: xr.Dataset) -> Frame | None:
     GeoreferenceError
         If the profile differs between the runs.
     """
+    if crs := found.attrs.get("crs"):
+        return frame(found, MapAxes(str(crs)))
     text = found.attrs.get("georeference")
     return frame(found, Georeference.model_validate_json(text)) if text else None
 
