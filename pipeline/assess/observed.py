@@ -63,8 +63,6 @@ def read(path: Path, store: xr.Dataset, threshold: float) -> Observed:
         If the runs are on an elevation model, which is not supported yet.
         If the file is none of these, a depth is negative, or no cell is part of the deposit; if part of the
         deposit is outside the domain, where no run could have put anything.
-    ImportError
-        If it is one on the map without the extra ``geo``.
     OSError
         If it cannot be read.
     """

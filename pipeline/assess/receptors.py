@@ -95,7 +95,7 @@ def reached(store: xr.Dataset) -> pd.DataFrame:
         If the scenario has receptors and the store lacks a field.
     """
     said = stored(store.attrs)
-    receptors, density = said.receptors, said.hazard.density
+    receptors, density = said.places, said.hazard.density
     missing = [name for name in FIELDS if name not in store]
     if receptors and missing:
         title = store.attrs["title"]

@@ -1,4 +1,4 @@
-"""Hazard maps in a reference system, as GeoTIFF, NetCDF and GeoPackage; needs the extra ``geo``."""
+"""Hazard maps in a reference system, as GeoTIFF, NetCDF and GeoPackage."""
 
 from __future__ import annotations
 
@@ -42,8 +42,6 @@ def write(found: xr.Dataset, frame: Frame, shares: tuple[float, ...], folder: Pa
 
     Raises
     ------
-    ImportError
-        If the extra ``geo`` is not installed.
     OSError
         If something cannot be written.
     """
@@ -60,8 +58,6 @@ def check(code: str) -> None:
     ------
     GeoreferenceError
         If it is not known, or not one of metres on a plane.
-    ImportError
-        If the extra ``geo`` is not installed.
     """
     import rasterio.crs
     import rasterio.errors

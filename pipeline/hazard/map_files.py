@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -16,8 +15,6 @@ from pipeline.hazard.pictures import draw
 from pipeline.settings.hazard import Georeference
 
 _log = logging.getLogger(__name__)
-
-WITHOUT_GEO = "no GeoTIFF and GeoPackage without the extra geo: pip install 'lmls[geo]'"
 
 
 def ground(found: xr.Dataset) -> Frame | None:
@@ -34,10 +31,8 @@ def ground(found: xr.Dataset) -> Frame | None:
     return frame(found, Georeference.model_validate_json(text)) if text else None
 
 
-def write_maps(found: xr.Dataset, folder: Path, tell: Callable[[str], None]) -> list[Path]:
+def write_maps(found: xr.Dataset, folder: Path) -> list[Path]:
     """Write hazard maps to a folder that is there; what each is called stands in `pipeline.hazard.layers`.
-
-    Without the extra ``geo`` pictures alone are written, and ``tell`` gets a line that says so.
 
     Raises
     ------
@@ -50,11 +45,8 @@ def write_maps(found: xr.Dataset, folder: Path, tell: Callable[[str], None]) -> 
     shares = tuple(np.atleast_1d(found.attrs["outlines"]).tolist())
     written: list[Path] = []
     if placed is not None:
-        try:
-            geo_files.check(placed.georeference.crs)
-            written = geo_files.write(found, placed, shares, folder)
-        except ImportError:
-            tell(WITHOUT_GEO)
+        geo_files.check(placed.georeference.crs)
+        written = geo_files.write(found, placed, shares, folder)
     pictures = []
     for layer in layers(found):
         _log.info("%s: %s", found.attrs["title"], layer.name)

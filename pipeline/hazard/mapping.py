@@ -20,6 +20,7 @@ from pipeline.assess.ensemble import (
     events_per_year,
     together,
 )
+from pipeline.assess.frames import on_surface
 from pipeline.assess.probability import BOUNDS, Bounds, exceedance, mean_arrival, quantiles, share
 from pipeline.hazard import intensity
 from pipeline.inputs.reference_system import cf_attributes
@@ -97,7 +98,7 @@ def map_hazard(runs: xr.Dataset, settings: Hazard) -> xr.Dataset:
     """
     found = xr.Dataset(coords={name: c for name, c in runs.coords.items() if "run" not in c.dims})
     for name in found.coords:
-        known = SURFACE_COORDINATES if runs["elevation"].ndim == 2 else COORDINATES
+        known = SURFACE_COORDINATES if on_surface(runs) else COORDINATES
         found[name].attrs = next((v.cf_attributes for v in known if v.name == name), {})
     with dask.config.set(scheduler="threads", num_workers=THREADS):
         for quantity in QUANTITIES:
@@ -275,7 +276,7 @@ def of_place(
         systems[name] = {"crs": str(store.attrs["crs"])} if "crs" in store.attrs else {}
         held[name] = ensemble(store, spacing)
         about = {key: store.attrs[key] for key in ("scenario_hash", "solver_hash", "lmls_version")}
-        marks[name] = json.dumps([receptor.model_dump(mode="json") for receptor in settings.receptors])
+        marks[name] = json.dumps([receptor.model_dump(mode="json") for receptor in settings.places])
         beyond += (count := profile_ends.count(store["warning"].to_numpy()))
         _log.info("maps of %s", name)
         found = map_hazard(held[name], asked[name])

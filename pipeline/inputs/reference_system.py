@@ -1,4 +1,4 @@
-"""Coordinate reference systems of scenarios, checked where the extra ``geo`` is installed."""
+"""Coordinate reference systems of scenarios."""
 
 from __future__ import annotations
 
@@ -12,16 +12,11 @@ from pipeline.settings.hazard import Georeference
 
 @lru_cache(maxsize=64)
 def doubt(georeference: Georeference) -> tuple[str, str] | None:
-    """Say what is wrong with a georeference, and of which of its keys; None where nothing is known to be.
+    """Say what is wrong with a georeference, and of which of its keys; None where nothing is known to be."""
+    import rasterio.crs
+    import rasterio.errors
+    from rasterio.warp import transform
 
-    Without the extra ``geo`` nothing is known.
-    """
-    try:
-        import rasterio.crs
-        import rasterio.errors
-        from rasterio.warp import transform
-    except ImportError:
-        return None
     code = georeference.crs
     try:
         with rasterio.Env():

@@ -126,7 +126,12 @@ class _Judge:
     def placed(self, settings: Settings) -> Settings:
         """Give settings with releases and receptors in coordinates of the bed, and with their domain."""
         if settings.on_surface:
-            return self._on_surface(settings)[0]
+            found, _ = self._on_surface(settings)
+            receptors = self.map_files.receptors(found)
+            # what is wrong with them is listed for all runs
+            return (
+                found if isinstance(receptors, Problem) else found.model_copy(update={"receptors": receptors})
+            )
         ground = settings.georeference
         if ground is None or "map" not in (ground.receptors, ground.releases):
             return settings
@@ -191,7 +196,11 @@ class _Judge:
                 found = "expected one elevation model for all runs, found several; write a scenario for each"
                 problems.append(Problem(at, found))
         domain = settings.domain
-        for i, receptor in enumerate(settings.receptors if domain is not None else ()):
+        if isinstance(settings.receptors, str):
+            receptors = self.map_files.receptors(settings)
+            problems += [receptors] if isinstance(receptors, Problem) else []
+        listed = settings.places if domain is not None and not self.map_files.from_file else ()
+        for i, receptor in enumerate(listed):
             assert domain is not None
             part = part_inside(receptor, domain)
             path: Path = ("receptors", i)
@@ -315,7 +324,7 @@ def _left_out(settings: Settings) -> list[tuple[Path, str]]:
     kept, path = set(settings.output.fields), ("output", "fields")
     found: list[tuple[Path, str]] = []
     needed = [name for name in FOR_RECEPTORS if name not in kept]
-    if settings.receptors and needed:
+    if settings.places and needed:
         found.append((path, f"leaves out {', '.join(needed)}, without which receptors have no results"))
     asked = settings.hazard.model_fields_set
     mapped = {"depth": "max_depth", "speed": "max_speed", "pressure": "max_speed"}

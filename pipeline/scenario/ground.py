@@ -14,9 +14,11 @@ from pipeline.inputs import elevation_raster, outlines
 from pipeline.inputs.elevation_raster import ElevationRaster, ElevationRasterError
 from pipeline.inputs.outlines import Outline, OutlineError
 from pipeline.scenario import solver_objects
+from pipeline.scenario.places import part_inside
 from pipeline.scenario.schema_errors import Problem
 from pipeline.scenario.solver_objects import Outlines
 from pipeline.scenario.strict_yaml import Path
+from pipeline.settings.receptor import Receptor
 from pipeline.settings.section import Pair
 from pipeline.settings.settings import Domain, Settings
 from pipeline.settings.surface import ElevationTerrain, PolygonsRelease
@@ -28,6 +30,7 @@ from solver.release.polygons import polygon_shares, ring_area
 FINER = 4.0
 # no bed of loose material is steeper, degrees
 STEEP = 60.0
+LONGEST_NAME = 100
 # of a polygon, or of a domain
 SLIVER = 1e-9
 
@@ -74,6 +77,7 @@ class GroundCheck:
         self._inside: dict[Any, float] = {}
         self._reach = 0.0
         self.held: Ground | None = None
+        self.from_file = False
 
     def judge(self, settings: Settings) -> tuple[Settings, list[Problem]]:
         """Give settings with their domain, and list what is wrong with their files.
@@ -113,6 +117,39 @@ class GroundCheck:
             problems += self._laid(release, held, path, model, settings)
         self.held = Ground(raster, read)
         return settings, problems
+
+    def receptors(self, settings: Settings) -> tuple[Receptor, ...] | Problem:
+        """Give the receptors of settings; those of a file that are outside the domain are left out."""
+        name = settings.receptors
+        if not isinstance(name, str) or self.held is None:
+            return settings.places
+        self.from_file = True
+        file, path = self.folder / name, ("receptors",)
+        if not file.exists():
+            return Problem(path, f"expected a readable file, found none: {file}")
+        try:
+            held = outlines.read_places(file, self.held.raster.crs)
+        except OutlineError as error:
+            return Problem(path, f"{error} ({name})")
+        made = [
+            Receptor.model_validate(
+                {"name": each.name[:LONGEST_NAME]}
+                | {each.kind: each.corners[0] if each.kind == "point" else each.corners}
+            )
+            for each in held
+        ]
+        parts = [part_inside(each, settings.bounds) for each in made]
+        inside = [each for each, part in zip(made, parts, strict=True) if part > 0]
+        if not inside:
+            return Problem(path, f"expected places in the domain, found {len(made)} outside ({name})")
+        said = {
+            "lie outside the domain and are left out": 0.0,
+            "stick out of it; the part inside counts": 0.5,
+        }
+        told = [f"{parts.count(part)} {words}" for words, part in said.items() if part in parts]
+        if told:
+            self.doubts[path] = f"of {len(made)} places of {name} {', '.join(told)}"
+        return tuple(inside)
 
     def _raster(self, terrain: ElevationTerrain, domain: Domain | None) -> ElevationRaster | Problem:
         bounds: tuple[Pair, Pair] | tuple[None, None] = (None, None)

@@ -30,7 +30,7 @@ IRRELEVANT: Any = {
     "time": {"max_steps", "max_wall"},
 }
 
-# attribute of a store with the receptors that the scenario gives on the map, in coordinates of the bed
+# attribute of a store with the receptors that the scenario gives on the map or in a file, in x and y
 ON_BED = "receptors_on_bed"
 RECEPTORS = TypeAdapter(tuple[Receptor, ...])
 
@@ -142,7 +142,8 @@ def stored(attributes: Mapping[str, Any]) -> Settings:
     if isinstance(found, list):
         raise ValueError(f"the scenario of {attributes['title']} is not known here: {found[0].message}")
     receptors = attributes.get(ON_BED)
-    if receptors is None or found.georeference is None or found.georeference.receptors == "bed":
+    on_bed = found.georeference is None or found.georeference.receptors == "bed"
+    if receptors is None or (on_bed and not isinstance(found.receptors, str)):
         return found
     return found.model_copy(update={"receptors": RECEPTORS.validate_json(str(receptors))})
 
@@ -150,10 +151,10 @@ def stored(attributes: Mapping[str, Any]) -> Settings:
 def said(scenario: Scenario) -> dict[str, str]:
     """Attributes with the words of a scenario, which may change without its runs changing."""
     words = {"comment": scenario.settings.description, "scenario": scenario.text}
-    ground = scenario.settings.georeference
-    if ground is None or ground.receptors == "bed":
+    ground, from_file = scenario.settings.georeference, isinstance(scenario.data.get("receptors"), str)
+    if (ground is None or ground.receptors == "bed") and not from_file:
         return words
-    return {**words, ON_BED: RECEPTORS.dump_json(scenario.settings.receptors).decode()}
+    return {**words, ON_BED: RECEPTORS.dump_json(scenario.settings.places).decode()}
 
 
 def differences(before: str, after: str) -> list[str]:

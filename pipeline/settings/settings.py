@@ -154,6 +154,16 @@ Periods = Annotated[
     Discriminator(_one_or_several),
 ]
 
+
+def _file_or_list(value: Any) -> str:
+    return "file" if isinstance(value, str) else "list"
+
+
+Receptors = Annotated[
+    Annotated[tuple[Receptor, ...], Tag("list")] | Annotated[str, Field(min_length=1), Tag("file")],
+    Discriminator(_file_or_list),
+]
+
 # Latest end of runs that go on to rest, in times sqrt(L/g); Voellmy films creep for the longest of it.
 LATEST = 200
 
@@ -202,8 +212,11 @@ class Settings(Section):
         "years",
         None,
     )
-    receptors: tuple[Receptor, ...] = key(
-        "places of which depth, speed, pressure and arrival are wanted; no change of the scenario", default=()
+    receptors: Receptors = key(
+        "places of which depth, speed, pressure and arrival are wanted: a list, or on an elevation model a "
+        "file of points, lines and polygons (GeoPackage, GeoJSON, Shapefile) in any reference system; no "
+        "change of the scenario",
+        default=(),
     )
 
     georeference: Georeference | None = key(
@@ -274,7 +287,11 @@ class Settings(Section):
 
     @model_validator(mode="after")
     def _receptors_fit(self) -> Settings:
-        names = [receptor.name for receptor in self.receptors]
+        if isinstance(self.receptors, str) and not self.on_surface:
+            raise relation(
+                "expected a list, as a file takes an elevation model, found a file", "receptors", "terrain"
+            )
+        names = [receptor.name for receptor in self.places]
         for i, name in enumerate(names):
             if name in names[:i]:
                 raise relation(f"expected a name of its own, found '{name}' again", f"receptors.{i}.name")
@@ -333,6 +350,11 @@ class Settings(Section):
         # two digits are enough, and are read more easily
         step = 10.0 ** (floor(log10(latest)) - 1)
         return ceil(latest / step) * step
+
+    @property
+    def places(self) -> tuple[Receptor, ...]:
+        """The receptors; none as long as their file was not read."""
+        return () if isinstance(self.receptors, str) else self.receptors
 
     @property
     def releases(self) -> tuple[AnyRelease, ...]:
