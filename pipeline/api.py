@@ -332,7 +332,7 @@ def hazard_maps(
             if to is not None:
                 folder = Path(to) if name == WHOLE else Path(to) / name
                 tell(str(write(found, folder)))
-                for path in write_maps(found, folder, warn) if pictures else ():
+                for path in write_maps(found, folder) if pictures else ():
                     tell(str(path))
     except NotTogetherError as error:
         warn(f"no map over all scenarios: {error}")
@@ -469,8 +469,7 @@ def calibrate(
         least = threshold if threshold is not None else stored(opened.attrs).output.threshold
         if least is None:
             raise OptionError("threshold", "expected a depth, as the scenario gives no output.threshold")
-        with _extra("geo"):
-            deposit = read(Path(observed), opened, least)
+        deposit = read(Path(observed), opened, least)
         scores = score(opened, deposit, least)
         made = {"scores": scores, "parameters": posterior(opened, scores, accepted)}
     if to is not None:

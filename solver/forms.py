@@ -19,11 +19,13 @@ from solver.scene import Collocation, Scene, Scheme
 from solver.surface.run import SurfaceRun
 
 Operators = CloudOperators | CollocationOperators
-Kind = Literal["lattice", "cloud", "collocation"]
+Kind = Literal["lattice", "cloud", "collocation", "surface"]
 
 
-def kind_of(points: Lattice | PointCloud, scheme: Scheme) -> Kind:
-    """Say which kind of run a scheme makes on points."""
+def kind_of(points: Lattice | PointCloud, scheme: Scheme, *, on_surface: bool = False) -> Kind:
+    """Say which kind of run a scheme makes on points, of a profile or a surface."""
+    if on_surface:
+        return "surface"
     if isinstance(scheme, Collocation):
         return "collocation"
     return "lattice" if isinstance(points, Lattice) else "cloud"
@@ -57,9 +59,9 @@ def prepare(points: Lattice | PointCloud, scheme: Scheme) -> Operators | None:
 
 def begin(scene: Scene, end: float, arrival_depth: float, skip: bool) -> Run:
     """Make the run that a scene's points and scheme ask for."""
-    if isinstance(scene.terrain, Surface):
-        return SurfaceRun(scene, end, arrival_depth, whole=not skip)
-    match kind_of(scene.points, scene.scheme):
+    match kind_of(scene.points, scene.scheme, on_surface=isinstance(scene.terrain, Surface)):
+        case "surface":
+            return SurfaceRun(scene, end, arrival_depth, whole=not skip)
         case "lattice":
             return LatticeRun(scene, end, arrival_depth, whole=not skip)
         case "cloud":

@@ -128,7 +128,7 @@ def moving_volume(run: Run) -> float:
     h, u, v = run.state
     deepest = max(float(np.max(run.scene.depth)), float(run.sides.depth.max()))
     fast = np.hypot(u, v) > MOVING * np.sqrt(run.scene.gravity * deepest)
-    return float((np.maximum(h, 0.0) * run.scene.points.cell_area)[fast].sum())
+    return float((np.maximum(h, 0.0) * run.cell_area)[fast].sum())
 
 
 def fastest(run: Run) -> tuple[float, float]:

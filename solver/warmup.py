@@ -12,19 +12,26 @@ from solver.collocation.time_stepping import advance_collocation
 from solver.compiled import is_compiled
 from solver.forms import Kind, begin
 from solver.lattice.time_stepping import advance
+from solver.physics.elevation import ElevationModel
 from solver.physics.friction import Coulomb
 from solver.physics.terrain import Plane
 from solver.points.cloud import random_points
 from solver.points.lattice import Lattice
 from solver.scene import Collocation, Scene, WeightedResidual
 from solver.simulation import simulate
+from solver.surface.time_stepping import advance_surface
 
 KINDS: tuple[Kind, ...] = get_args(Kind)
 
 
 def not_compiled(kinds: Collection[Kind] = KINDS) -> list[Kind]:
     """List those kinds of runs whose kernels are not on disk yet."""
-    last = {"lattice": advance, "cloud": advance_cloud, "collocation": advance_collocation}
+    last = {
+        "lattice": advance,
+        "cloud": advance_cloud,
+        "collocation": advance_collocation,
+        "surface": advance_surface,
+    }
     return [kind for kind in kinds if not is_compiled(last[kind])]
 
 
@@ -34,7 +41,7 @@ def compile_kernels(kinds: Collection[Kind] = KINDS, piece: int | None = None) -
     Parameters
     ----------
     kinds : collection of Kind
-        Of lattice, cloud and collocation.
+        Of lattice, cloud, collocation and surface.
     piece : int, optional
         One of `solver.run.PIECES` that different processes may compile at the same time.
     """
@@ -42,7 +49,10 @@ def compile_kernels(kinds: Collection[Kind] = KINDS, piece: int | None = None) -
         points = random_points((0, 1), (0, 1), 60) if kind == "cloud" else Lattice((0, 1), (0, 1), 0.2)
         flat = np.zeros(points.shape)
         scheme = Collocation(support=9, degree=1) if kind == "collocation" else WeightedResidual()
-        scene = Scene(points, Plane(0.0), flat, flat, flat, Coulomb(0.0), scheme=scheme)
+        places = np.linspace(0.0, 1.0, 6)
+        level = ElevationModel(places, places, np.zeros((6, 6)))
+        bed = level if kind == "surface" else Plane(0.0)
+        scene = Scene(points, bed, flat, flat, flat, Coulomb(0.0), scheme=scheme)
         if piece is None:
             simulate(scene, [0.0])
         else:

@@ -232,8 +232,8 @@ def together(scenarios: Mapping[str, xr.Dataset]) -> xr.Dataset:
     (first_name, first), *others = scenarios.items()
     for name, other in others:
         for place in PLACES:
-            same = place in first.variables and place in other.variables
-            if not same or not _equal(first[place], other[place]):
+            there = [place in first.variables, place in other.variables]
+            if any(there) and not (all(there) and _equal(first[place], other[place])):
                 raise NotTogetherError(
                     f"{first_name} and {name} differ in {place.replace('_', ' ')}; scenarios are laid over "
                     "each other only on the same points and profile (give clouds one spacing by --spacing)"
@@ -262,7 +262,7 @@ def together(scenarios: Mapping[str, xr.Dataset]) -> xr.Dataset:
 
 def _equal(one: xr.DataArray, other: xr.DataArray) -> bool:
     same = one.dims == other.dims and "run" not in one.dims and one.shape == other.shape
-    return same and bool(np.allclose(one, other, rtol=1e-9, atol=1e-9))
+    return same and bool(np.allclose(one, other, rtol=1e-9, atol=1e-9, equal_nan=True))
 
 
 def _by_rarity(weight: NDArray[np.float64], years: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -10,8 +10,13 @@ import xarray as xr
 from pipeline.runs.scene_of_run import DEFAULT_THRESHOLD
 
 
+def on_surface(store: xr.Dataset) -> bool:
+    """Whether a store is of runs on an elevation model."""
+    return "elevation" in store.variables and {"x", "y"} <= {*store["elevation"].dims}
+
+
 def cell_area(store: xr.Dataset) -> xr.DataArray:
-    """Area of the cells, m2: of each point of a cloud, one number on a lattice."""
+    """Area of the cells, m2: of each point of a cloud, on the bed of a surface; one number on a lattice."""
     if "area" in store:
         return store["area"]
     spacings = (float(np.ptp(store[axis].to_numpy())) / (store.sizes[axis] - 1) for axis in ("x", "y"))

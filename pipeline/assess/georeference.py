@@ -12,10 +12,24 @@ from pipeline.settings.hazard import Georeference
 
 Array = NDArray[np.float64]
 SPACE = ("y", "x")
+# of the code of a reference system
+LONGEST = 20
 
 
 class GeoreferenceError(ValueError):
     """Results cannot be laid on the map; ``str()`` says why."""
+
+
+@dataclass(frozen=True)
+class MapAxes:
+    """A lattice whose x are eastings and whose y are northings, as on an elevation model.
+
+    crs : its reference system, as EPSG:2056 or WKT.
+    """
+
+    crs: str
+    origin: tuple[float, float] = (0.0, 0.0)
+    azimuth: float = 90.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,19 +40,34 @@ class Frame:
     points along the profile, m, both ascending. across : (ny,), their positions across it, m, evenly spaced.
     """
 
-    georeference: Georeference
+    georeference: Georeference | MapAxes
     arc: Array
     distance: Array
     across: Array
 
     @property
+    def is_map(self) -> bool:
+        """Whether the lattice itself lies along eastings and northings."""
+        return isinstance(self.georeference, MapAxes)
+
+    @property
+    def system(self) -> str:
+        """Reference system for people: its code, or the name that its WKT begins with."""
+        code = self.georeference.crs
+        return code if len(code) < LONGEST else code.split('"')[1]
+
+    @property
     def _downslope(self) -> tuple[float, float]:
         """Unit vector of growing x, east and north."""
+        if self.is_map:
+            return 1.0, 0.0
         azimuth = np.radians(self.georeference.azimuth)
         return float(np.sin(azimuth)), float(np.cos(azimuth))
 
     def on_map(self, x: Array, y: Array) -> tuple[Array, Array]:
         """Easting and northing of points at arc length x and y across, m, of any one shape."""
+        if self.is_map:
+            return x, y
         (east, north), (e0, n0) = self._downslope, self.georeference.origin
         s = np.interp(x, self.arc, self.distance)
         # y grows to the left of x, as seen from above
@@ -69,7 +98,7 @@ class Frame:
         return float(self.across[1] - self.across[0])
 
 
-def frame(found: xr.Dataset, georeference: Georeference) -> Frame:
+def frame(found: xr.Dataset, georeference: Georeference | MapAxes) -> Frame:
     """Lay the lattice of hazard maps on the map.
 
     Raises
@@ -77,6 +106,9 @@ def frame(found: xr.Dataset, georeference: Georeference) -> Frame:
     GeoreferenceError
         If the profile differs between the runs.
     """
+    if isinstance(georeference, MapAxes):
+        x, y = (found[axis].to_numpy().astype(np.float64) for axis in ("x", "y"))
+        return Frame(georeference, x, x, y)
     if "horizontal_distance" not in found.coords:
         raise GeoreferenceError("the profile differs between the runs, so that their places on the map do")
     places = (found[name].to_numpy() for name in ("x", "horizontal_distance", "y"))
@@ -86,7 +118,8 @@ def frame(found: xr.Dataset, georeference: Georeference) -> Frame:
 def north_up(found: xr.Dataset, frame: Frame) -> xr.Dataset:
     """Bring maps to a grid of the reference system whose rows run from north to south.
 
-    Shares and quantiles are interpolated between the four nearest points of the lattice; classes and times of
+    A lattice along eastings and northings stays as it is, turned over. Of others shares and quantiles are
+    interpolated between the four nearest points of the lattice; classes and times of
     arrival are those of the nearest one. What is outside the lattice's cells is missing, in whole numbers -1.
 
     Parameters
@@ -101,6 +134,8 @@ def north_up(found: xr.Dataset, frame: Frame) -> xr.Dataset:
     Dataset
         Over ``y``, northing, and ``x``, easting of the cells' centres, m, whole multiples of the spacing.
     """
+    if frame.is_map:
+        return _turned(found)
     step = frame.spacing
     easting, northing = (
         np.arange(np.floor(corners.min() / step), np.ceil(corners.max() / step) + 1) * step
@@ -119,10 +154,25 @@ def north_up(found: xr.Dataset, frame: Frame) -> xr.Dataset:
             placed = np.where(inside, way(given, row, column), np.nan).astype(given.dtype)
         held[name] = (values.dims, placed, values.attrs)
     kept = {name: c for name, c in found.coords.items() if not set(SPACE) & set(c.dims)}
-    axes = {
+    return xr.Dataset(held, coords={**kept, **_axes(easting, northing[::-1])}, attrs=found.attrs)
+
+
+def _axes(easting: Array, northing: Array) -> dict[str, tuple[str, Array, dict[str, str]]]:
+    return {
         axis: (axis, places, {"standard_name": f"projection_{axis}_coordinate", "units": "m"})
-        for axis, places in (("x", easting), ("y", northing[::-1]))
+        for axis, places in (("x", easting), ("y", northing))
     }
+
+
+def _turned(found: xr.Dataset) -> xr.Dataset:
+    """Give maps over northings and eastings from north to south, with nothing interpolated."""
+    held = {
+        name: (values.dims, values.to_numpy()[..., ::-1, :], values.attrs)
+        for name, values in found.data_vars.items()
+        if values.dims[-2:] == SPACE
+    }
+    kept = {name: c for name, c in found.coords.items() if not set(SPACE) & set(c.dims)}
+    axes = _axes(found["x"].to_numpy(), found["y"].to_numpy()[::-1])
     return xr.Dataset(held, coords={**kept, **axes}, attrs=found.attrs)
 
 

@@ -12,7 +12,7 @@ from matplotlib.path import Path as Outline
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from pipeline.assess.frames import mean_spacing
+from pipeline.assess.frames import mean_spacing, on_surface
 from pipeline.assess.georeference import Frame
 from pipeline.assess.receptors import Cells
 from pipeline.inputs import text_table
@@ -60,13 +60,15 @@ def read(path: Path, store: xr.Dataset, threshold: float) -> Observed:
     Raises
     ------
     ObservationError
+        If the runs are on an elevation model, which is not supported yet.
         If the file is none of these, a depth is negative, or no cell is part of the deposit; if part of the
         deposit is outside the domain, where no run could have put anything.
-    ImportError
-        If it is one on the map without the extra ``geo``.
     OSError
         If it cannot be read.
     """
+    if on_surface(store):
+        title = store.attrs["title"]
+        raise ObservationError(f"{title}: expected runs on a slope profile, found some on an elevation model")
     cells = Cells(store)
     if path.suffix.lower() in OUTLINES:
         return _whole(Observed(_within_polygons(path, store, cells), None), path, store)

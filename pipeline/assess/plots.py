@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from pipeline.assess.frames import mean_spacing
+from pipeline.assess.frames import mean_spacing, on_surface
 from pipeline.assess.gridding import gridded
 
 PANEL_WIDTH = 4.6
@@ -91,8 +91,9 @@ def depth_panels(
         panel.set_visible(False)
     figure.colorbar(ScalarMappable(norm, COLOURS), ax=axes, label="depth (m)", aspect=30, pad=0.02)
     for panel in axes[-1]:
-        panel.set_xlabel("along the bed (m)")
-    figure.supylabel("across the bed (m)", fontsize="medium")
+        panel.set_xlabel("easting (m)" if on_surface(store) else "along the bed (m)")
+        panel.ticklabel_format(useOffset=False, style="plain")
+    figure.supylabel("northing (m)" if on_surface(store) else "across the bed (m)", fontsize="medium")
     description = textwrap.fill(store.attrs["comment"], int(CHARACTERS_PER_INCH * figure.get_figwidth()))
     figure.suptitle(f"{title_of(store, run)}\n{description}".strip(), fontsize="medium")
     figure.savefig(path, bbox_inches="tight")

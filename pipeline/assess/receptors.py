@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from pipeline.assess.ensemble import computed
-from pipeline.assess.frames import cell_area, space
+from pipeline.assess.frames import cell_area, on_surface, space
 from pipeline.scenario.scenario import stored
 from pipeline.settings.receptor import Receptor
 from pipeline.settings.section import Pair
@@ -32,7 +32,10 @@ class Cells:
         x, y = xr.broadcast(store["x"], store["y"])
         over = space(store)
         self.points = np.stack([a.transpose(*over).to_numpy().ravel() for a in (x, y)], axis=1)
-        self.spacing = float(np.sqrt(np.min(cell_area(store))))
+        # cells on an elevation model are larger on the bed than in plan
+        self.spacing = float(
+            np.diff(store["x"]).mean() if on_surface(store) else np.sqrt(np.min(cell_area(store)))
+        )
 
     @cached_property
     def _tree(self) -> KDTree:
@@ -92,7 +95,7 @@ def reached(store: xr.Dataset) -> pd.DataFrame:
         If the scenario has receptors and the store lacks a field.
     """
     said = stored(store.attrs)
-    receptors, density = said.receptors, said.hazard.density
+    receptors, density = said.places, said.hazard.density
     missing = [name for name in FIELDS if name not in store]
     if receptors and missing:
         title = store.attrs["title"]

@@ -20,7 +20,7 @@ from pipeline.assess.ensemble import (
     periods,
     weights,
 )
-from pipeline.assess.frames import mean_spacing, space, threshold_of
+from pipeline.assess.frames import mean_spacing, on_surface, space, threshold_of
 from pipeline.assess.probability import Bounded, Values, in_words
 from pipeline.assess.receptors import reached
 from pipeline.scenario.scenario import stored
@@ -33,9 +33,11 @@ from pipeline.store.zarr_store import open_store
 # how far a run came: of one that may have gone farther, the least
 REACH = ("runout_distance", "drop_height")
 # of such a run, the most
-AT_MOST = ("reach_angle",)
+AT_MOST = ("reach_angle", "lowest_elevation")
 DEPOSIT = ("deposit_length", "deposit_width", "deposit_area", "deposit_volume", "deposit_max_depth")
 QUANTITIES = (*REACH, *AT_MOST, *DEPOSIT, "peak_depth", "peak_speed", "rest_time")
+# what has a meaning on profiles alone, or on elevation models alone
+ON_PROFILE, ON_SURFACE = ("deposit_length", "deposit_width"), ("lowest_elevation",)
 AT_RECEPTORS = ("max_depth", "max_speed", "max_pressure", "arrival_time")
 SHARES = (0.05, 0.5, 0.95)
 NAMES = tuple(f"q{100 * share:02.0f}" for share in SHARES)
@@ -177,7 +179,8 @@ def behind(store: xr.Dataset) -> dict[str, object]:
 
 def quantiles(store: xr.Dataset) -> Iterator[dict[str, object]]:
     """Table quantiles of each quantity, a row each."""
-    for name in QUANTITIES:
+    left_out = ON_PROFILE if on_surface(store) else ON_SURFACE
+    for name in (each for each in QUANTITIES if each not in left_out):
         found = values(store, name).quantile(SHARES)
         words = map(in_words, found.lower.tolist(), found.estimate.tolist(), found.upper.tolist())
         yield {

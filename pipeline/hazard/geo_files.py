@@ -1,4 +1,4 @@
-"""Hazard maps in a reference system, as GeoTIFF, NetCDF and GeoPackage; needs the extra ``geo``."""
+"""Hazard maps in a reference system, as GeoTIFF, NetCDF and GeoPackage."""
 
 from __future__ import annotations
 
@@ -42,8 +42,6 @@ def write(found: xr.Dataset, frame: Frame, shares: tuple[float, ...], folder: Pa
 
     Raises
     ------
-    ImportError
-        If the extra ``geo`` is not installed.
     OSError
         If something cannot be written.
     """
@@ -60,8 +58,6 @@ def check(code: str) -> None:
     ------
     GeoreferenceError
         If it is not known, or not one of metres on a plane.
-    ImportError
-        If the extra ``geo`` is not installed.
     """
     import rasterio.crs
     import rasterio.errors
@@ -114,6 +110,7 @@ def _netcdf(grid: xr.Dataset, crs: str, path: Path) -> Path:
         encoding[str(name)] = {"zlib": True, "_FillValue": np.int8(-1) if integer else np.float32("nan")}
     written = _with_crs(grid, crs)
     for name in grid.data_vars:
+        written[name].attrs.pop("grid_mapping", None)
         written[name].encoding["grid_mapping"] = "spatial_ref"
         encoding[str(name)]["grid_mapping"] = "spatial_ref"
     with whole(path, path.suffix) as aside:

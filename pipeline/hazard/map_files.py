@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 
-from pipeline.assess.georeference import Frame, frame
+from pipeline.assess.georeference import Frame, MapAxes, frame
 from pipeline.hazard import geo_files
 from pipeline.hazard.layers import layers
 from pipeline.hazard.pictures import draw
 from pipeline.settings.hazard import Georeference
 
 _log = logging.getLogger(__name__)
-
-WITHOUT_GEO = "no GeoTIFF and GeoPackage without the extra geo: pip install 'lmls[geo]'"
 
 
 def ground(found: xr.Dataset) -> Frame | None:
@@ -28,14 +25,14 @@ def ground(found: xr.Dataset) -> Frame | None:
     GeoreferenceError
         If the profile differs between the runs.
     """
+    if crs := found.attrs.get("crs"):
+        return frame(found, MapAxes(str(crs)))
     text = found.attrs.get("georeference")
     return frame(found, Georeference.model_validate_json(text)) if text else None
 
 
-def write_maps(found: xr.Dataset, folder: Path, tell: Callable[[str], None]) -> list[Path]:
+def write_maps(found: xr.Dataset, folder: Path) -> list[Path]:
     """Write hazard maps to a folder that is there; what each is called stands in `pipeline.hazard.layers`.
-
-    Without the extra ``geo`` pictures alone are written, and ``tell`` gets a line that says so.
 
     Raises
     ------
@@ -48,11 +45,8 @@ def write_maps(found: xr.Dataset, folder: Path, tell: Callable[[str], None]) -> 
     shares = tuple(np.atleast_1d(found.attrs["outlines"]).tolist())
     written: list[Path] = []
     if placed is not None:
-        try:
-            geo_files.check(placed.georeference.crs)
-            written = geo_files.write(found, placed, shares, folder)
-        except ImportError:
-            tell(WITHOUT_GEO)
+        geo_files.check(placed.georeference.crs)
+        written = geo_files.write(found, placed, shares, folder)
     pictures = []
     for layer in layers(found):
         _log.info("%s: %s", found.attrs["title"], layer.name)

@@ -20,15 +20,23 @@ from pipeline.assess.ensemble import (
     events_per_year,
     together,
 )
+from pipeline.assess.frames import on_surface
 from pipeline.assess.probability import BOUNDS, Bounds, exceedance, mean_arrival, quantiles, share
 from pipeline.hazard import intensity
+from pipeline.inputs.reference_system import cf_attributes
 from pipeline.runs import profile_ends
 from pipeline.scenario.scenario import stored
 from pipeline.settings.hazard import Hazard
 from pipeline.store.folder import whole
 from pipeline.store.place import store_paths
 from pipeline.store.storage import Location
-from pipeline.store.variables import COORDINATES, RETURN_PERIOD
+from pipeline.store.variables import (
+    COORDINATES,
+    GRID_MAPPING,
+    RETURN_PERIOD,
+    SURFACE_COORDINATES,
+    grid_mapping,
+)
 from pipeline.store.zarr_store import open_store
 
 _log = logging.getLogger(__name__)
@@ -90,7 +98,8 @@ def map_hazard(runs: xr.Dataset, settings: Hazard) -> xr.Dataset:
     """
     found = xr.Dataset(coords={name: c for name, c in runs.coords.items() if "run" not in c.dims})
     for name in found.coords:
-        found[name].attrs = next((v.cf_attributes for v in COORDINATES if v.name == name), {})
+        known = SURFACE_COORDINATES if on_surface(runs) else COORDINATES
+        found[name].attrs = next((v.cf_attributes for v in known if v.name == name), {})
     with dask.config.set(scheduler="threads", num_workers=THREADS):
         for quantity in QUANTITIES:
             if quantity.field in runs:
@@ -252,6 +261,7 @@ def of_place(
     held: dict[str, xr.Dataset] = {}
     asked: dict[str, Hazard] = {}
     grounds: dict[str, str] = {}
+    systems: dict[str, dict[str, str]] = {}
     marks: dict[str, str] = {}
     beyond = 0
     for path in store_paths(out):
@@ -263,14 +273,15 @@ def of_place(
         # what receptors and releases are given in says nothing of where the profile lies
         where = {"receptors", "releases"}
         grounds[name] = "" if ground is None else ground.model_dump_json(exclude=where)
+        systems[name] = {"crs": str(store.attrs["crs"])} if "crs" in store.attrs else {}
         held[name] = ensemble(store, spacing)
         about = {key: store.attrs[key] for key in ("scenario_hash", "solver_hash", "lmls_version")}
-        marks[name] = json.dumps([receptor.model_dump(mode="json") for receptor in settings.receptors])
+        marks[name] = json.dumps([receptor.model_dump(mode="json") for receptor in settings.places])
         beyond += (count := profile_ends.count(store["warning"].to_numpy()))
         _log.info("maps of %s", name)
         found = map_hazard(held[name], asked[name])
         found.attrs["comment"] += profile_ends.note(count)
-        about |= {"georeference": grounds[name], "receptors": marks[name]}
+        about |= {"georeference": grounds[name], "receptors": marks[name], **systems[name]}
         yield name, found.assign_attrs(title=name, **about)
     if len(held) > 1:
         runs = together(held)
@@ -278,11 +289,11 @@ def of_place(
         for other in others:
             if asked[other] != asked[first]:
                 raise NotTogetherError(f"{first} and {other} differ in what is asked for under hazard")
-            if grounds[other] != grounds[first]:
+            if (grounds[other], systems[other]) != (grounds[first], systems[first]):
                 raise NotTogetherError(f"{first} and {other} differ in their georeference")
         found = map_hazard(runs, asked[first])
         found.attrs["comment"] += profile_ends.note(beyond)
-        about = {"georeference": grounds[first], "scenarios": ", ".join(held)}
+        about = {"georeference": grounds[first], "scenarios": ", ".join(held), **systems[first]}
         # receptors of one scenario need not be those of another
         alike = len({*marks.values()}) == 1
         yield WHOLE, found.assign_attrs(title=WHOLE, receptors=marks[first] if alike else "[]", **about)
@@ -314,6 +325,7 @@ def write(found: xr.Dataset, folder: Path) -> Path:
     """
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / FILE
+    found = _mapped(found)
     encoding: dict[str, dict[str, object]] = {
         **{str(name): {"zlib": True, "complevel": 4} for name in found.data_vars},
         **{str(name): {"_FillValue": None} for name in found.coords},
@@ -321,3 +333,15 @@ def write(found: xr.Dataset, folder: Path) -> Path:
     with whole(path) as aside:
         found.to_netcdf(aside, engine="netcdf4", encoding=encoding)
     return path
+
+
+def _mapped(found: xr.Dataset) -> xr.Dataset:
+    """Add the grid mapping of maps on an elevation model."""
+    if "crs" not in found.attrs:
+        return found
+    mapping = grid_mapping(cf_attributes(str(found.attrs["crs"])))
+    written = found.assign_coords({GRID_MAPPING: ((), np.int64(0), mapping.cf_attributes)})
+    for name, values in written.data_vars.items():
+        if {"x", "y"} <= {*values.dims}:
+            written[name] = values.assign_attrs(grid_mapping=GRID_MAPPING)
+    return written

@@ -23,6 +23,7 @@ from pipeline.assess.georeference import Frame
 from pipeline.assess.plots import CHARACTERS_PER_INCH, COLOURS, LEVELS
 from pipeline.hazard import intensity
 from pipeline.hazard.layers import Layer
+from pipeline.hazard.relief import draw_relief
 
 Array = NDArray[np.float64]
 WIDTH = 8.0
@@ -32,6 +33,8 @@ RATES = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0)
 # those of the Swiss hazard maps
 LEVEL_COLOURS = ("#fdf6c3", "#fee45c", "#4f8fcc", "#d7352b")
 UNKNOWN_COLOUR = "0.8"
+# of colours on a hillshade
+OVER_RELIEF = 0.8
 PANEL_TITLES = {"": "estimate", "_lower": "lower bound", "_upper": "upper bound"}
 
 
@@ -63,10 +66,14 @@ def draw(layer: Layer, found: xr.Dataset, frame: Frame | None, path: Path) -> Pa
     width, height = (float(np.ptp(side)) for side in corners)
     wide = height / width < 0.5
     figure, panels = _panels(height / width, len(shown), wide)
-    colours = _Colours(layer)
+    relief = "elevation" in found.coords and found["elevation"].ndim == 2
+    colours = _Colours(layer, over_relief=relief)
     for panel, bound in zip(panels, shown, strict=True):
         colours.fill(panel, east, north, layer.values[bound].to_numpy())
-        _contour_bed(panel, east, north, found)
+        if relief:
+            draw_relief(panel, east[0], north[:, 0], found["elevation"].to_numpy())
+        else:
+            _contour_bed(panel, east, north, found)
         _frame_panel(panel, frame, corners)
         mark_receptors(panel, frame, found, named=bound == "")
         if len(shown) > 1:
@@ -80,7 +87,7 @@ def draw(layer: Layer, found: xr.Dataset, frame: Frame | None, path: Path) -> Pa
     characters = int(CHARACTERS_PER_INCH * (figure.get_figwidth() - 0.5))
     lines = [f"{found.attrs['title']}: {layer.title}", found.attrs["comment"], *_sources(layer, found)]
     if frame:
-        lines[1] += f"; {frame.georeference.crs}"
+        lines[1] += f"; {frame.system}"
     text = "\n".join(textwrap.fill(line, characters) for line in lines)
     title = panels[0].annotate(
         text,
@@ -118,8 +125,9 @@ def _panels(shape: float, count: int, wide: bool) -> tuple[Figure, list[Axes]]:
 class _Colours:
     """How the values of a layer are coloured, and what the colours mean."""
 
-    def __init__(self, layer: Layer) -> None:
-        self.layer = layer
+    def __init__(self, layer: Layer, *, over_relief: bool = False) -> None:
+        self.layer, self.over_relief = layer, over_relief
+        self.alpha = OVER_RELIEF if over_relief else None
         if layer.kind == "class":
             level = layer.name == "hazard_level"
             self.words = intensity.LEVELS[1:] if level else intensity.CLASSES[1:]
@@ -140,14 +148,25 @@ class _Colours:
     def fill(self, panel: Axes, x: Array, y: Array, values: Array) -> None:
         """Colour one panel."""
         if self.layer.kind == "class":
-            panel.pcolormesh(x, y, values, cmap=self.map, norm=self.norm, shading="nearest", rasterized=True)
+            if self.over_relief:
+                values = np.ma.masked_equal(values, 0)
+            panel.pcolormesh(
+                x,
+                y,
+                values,
+                cmap=self.map,
+                norm=self.norm,
+                shading="nearest",
+                rasterized=True,
+                alpha=self.alpha,
+            )
             return
         given = np.ma.masked_invalid(values)
         # thin films stay white, as where nothing flows
         first = self.levels[1] / 20 if self.layer.kind == "value" else self.levels[0]
         bounds = [first, *self.levels[1:]]
         bounds[-1] += 1e-6
-        panel.contourf(x, y, given, levels=bounds, cmap=self.map, norm=self.norm)
+        panel.contourf(x, y, given, levels=bounds, cmap=self.map, norm=self.norm, alpha=self.alpha)
         if given.count() and given.max() > first > given.min():
             panel.contour(x, y, given, levels=bounds[:-1], colors="k", linewidths=0.3)
         if self.layer.kind != "time" and np.ma.is_masked(given):

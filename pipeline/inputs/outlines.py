@@ -1,16 +1,18 @@
-"""Outlines on the map: polygons from GeoPackage, GeoJSON or Shapefile, in the reference system asked for."""
+"""Outlines and places on the map: features of GeoPackage, GeoJSON or Shapefile, in the system asked for."""
 
 from __future__ import annotations
 
 import hashlib
+from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Kind = Literal["point", "line", "polygon"]
 
 
 class OutlineError(ValueError):
@@ -38,6 +40,19 @@ class Outline:
         return found.hexdigest()
 
 
+@dataclass(frozen=True)
+class Place:
+    """A point, a line or a polygon: its name, its kind, and its corners, m."""
+
+    name: str
+    kind: Kind
+    corners: tuple[tuple[float, float], ...]
+
+
+_PLAIN: dict[str, Kind] = {"Point": "point", "LineString": "line", "Polygon": "polygon"}
+KINDS: dict[str, Kind] = {**_PLAIN, **{f"Multi{name}": kind for name, kind in _PLAIN.items()}}
+
+
 def read(path: Path, crs: str, layer: str | None = None) -> tuple[Outline, ...]:
     """Read the polygons of a file and bring them to a reference system.
 
@@ -56,10 +71,86 @@ def read(path: Path, crs: str, layer: str | None = None) -> tuple[Outline, ...]:
         If there is no such file or layer, a feature is no polygon or crosses itself, or the file has no
         reference system.
     """
+    import shapely
+
+    system, features = _features(path, layer, "polygons")
+    outlines: list[Outline] = []
+    for geometry, name, where, values in features:
+        if geometry is None or geometry.is_empty or geometry.geom_type not in ("Polygon", "MultiPolygon"):
+            kind = "nothing" if geometry is None or geometry.is_empty else f"a {geometry.geom_type}"
+            raise OutlineError(f"expected polygons, found {kind} in {where}")
+        _check_simple(geometry, where)
+        rings: list[Array] = []
+        for part in getattr(geometry, "geoms", [geometry]):
+            turned = shapely.geometry.polygon.orient(part)
+            for ring in (turned.exterior, *turned.interiors):
+                rings.append(_brought(np.asarray(ring.coords)[:-1, :2], system, crs, where))
+        outlines.append(Outline(name, tuple(rings), values))
+    if not outlines:
+        raise OutlineError(f"expected polygons, found none in {path.name}")
+    return tuple(outlines)
+
+
+def read_places(path: Path, crs: str, layer: str | None = None) -> tuple[Place, ...]:
+    """Read the points, lines and polygons of a file and bring them to a reference system.
+
+    Of features with several parts each is a place of its own, called by a number after the name. Holes of
+    polygons count as inside.
+
+    Parameters
+    ----------
+    path, crs, layer
+        As `read` takes them.
+
+    Raises
+    ------
+    OutlineError
+        If there is no such file or layer, a feature is nothing or crosses itself, or the file has no
+        reference system.
+    """
+    system, features = _features(path, layer, "points, lines or polygons")
+    places: list[Place] = []
+    names: Counter[str] = Counter()
+    for geometry, name, where, _ in features:
+        kind = None if geometry is None or geometry.is_empty else KINDS.get(geometry.geom_type)
+        if kind is None:
+            raise OutlineError(f"expected points, lines or polygons, found none in {where}")
+        _check_simple(geometry, where)
+        for part in getattr(geometry, "geoms", [geometry]):
+            coordinates = np.asarray((part.exterior if kind == "polygon" else part).coords)[:, :2]
+            corners = _brought(coordinates[:-1] if kind == "polygon" else coordinates, system, crs, where)
+            names[name] += 1
+            own = name if names[name] == 1 else f"{name} {names[name]}"
+            places.append(Place(own, kind, tuple((float(x), float(y)) for x, y in corners)))
+    if not places:
+        raise OutlineError(f"expected points, lines or polygons, found none in {path.name}")
+    return tuple(places)
+
+
+def _brought(corners: Array, system: Any, crs: str, where: str) -> Array:
+    """Bring coordinates (n, 2) from one reference system to another."""
+    from rasterio.warp import transform
+
+    found = np.stack(transform(system, crs, *corners.T), axis=1)
+    if not np.isfinite(found).all():
+        raise OutlineError(f"expected coordinates that {crs} can hold, found others in {where}")
+    return found
+
+
+def _check_simple(geometry: Any, where: str) -> None:
+    import shapely
+
+    if not geometry.is_valid:
+        raise OutlineError(f"expected simple polygons, found {where}: {shapely.is_valid_reason(geometry)}")
+
+
+def _features(
+    path: Path, layer: str | None, wanted: str
+) -> tuple[Any, list[tuple[Any, str, str, dict[str, Any]]]]:
+    """Read a layer: its system, and each feature with its name, its place in words and its attributes."""
     import pyogrio
     import shapely
     from pyogrio.errors import DataLayerError, DataSourceError
-    from rasterio.warp import transform
 
     try:
         layers = [str(name) for name, _ in pyogrio.list_layers(path)]
@@ -71,38 +162,20 @@ def read(path: Path, crs: str, layer: str | None = None) -> tuple[Outline, ...]:
             raise OutlineError(f"expected one of the layers {', '.join(layers)}, found '{layer}'")
         meta, _, geometries, columns = pyogrio.raw.read(path, layer=layer)
     except (DataSourceError, DataLayerError) as error:
-        expected = "expected polygons as GeoPackage, GeoJSON or Shapefile"
+        expected = f"expected {wanted} as GeoPackage, GeoJSON or Shapefile"
         raise OutlineError(f"{expected}, found {path.name}, which is none: {error}") from None
     if meta["crs"] is None:
         found = f"found none in {path.name}; a Shapefile has it in .prj"
         raise OutlineError(f"expected a reference system, {found}")
     names = [str(name) for name in meta["fields"]]
-    outlines: list[Outline] = []
+    features: list[tuple[Any, str, str, dict[str, Any]]] = []
     for number, geometry in enumerate(list(shapely.from_wkb(geometries))):
         values = {name: _plain(column[number]) for name, column in zip(names, columns, strict=True)}
         given = values.get("name") or values.get("Name") or values.get("NAME")
         name = str(given) if given else f"{number + 1}"
         where = f"feature {number + 1} ('{name}')" if given else f"feature {number + 1}"
-        if geometry is None or geometry.is_empty or geometry.geom_type not in ("Polygon", "MultiPolygon"):
-            kind = "nothing" if geometry is None or geometry.is_empty else f"a {geometry.geom_type}"
-            raise OutlineError(f"expected polygons, found {kind} in {where} of {path.name}")
-        if not geometry.is_valid:
-            reason = shapely.is_valid_reason(geometry)
-            raise OutlineError(f"expected simple polygons, found {where} of {path.name}: {reason}")
-        rings: list[Array] = []
-        for part in getattr(geometry, "geoms", [geometry]):
-            turned = shapely.geometry.polygon.orient(part)
-            for ring in (turned.exterior, *turned.interiors):
-                x, y = np.asarray(ring.coords)[:-1, :2].T
-                rings.append(np.stack(transform(meta["crs"], crs, x, y), axis=1))
-        if not all(np.isfinite(ring).all() for ring in rings):
-            raise OutlineError(
-                f"expected coordinates that {crs} can hold, found others in {where} of {path.name}"
-            )
-        outlines.append(Outline(name, tuple(rings), values))
-    if not outlines:
-        raise OutlineError(f"expected polygons, found none in {path.name}")
-    return tuple(outlines)
+        features.append((geometry, name, f"{where} of {path.name}", values))
+    return meta["crs"], features
 
 
 def _plain(value: Any) -> Any:

@@ -1,25 +1,22 @@
-"""Coordinate reference systems of scenarios, checked where the extra ``geo`` is installed."""
+"""Coordinate reference systems of scenarios."""
 
 from __future__ import annotations
 
+import warnings
 from functools import lru_cache
 from math import isfinite
+from typing import Any
 
 from pipeline.settings.hazard import Georeference
 
 
 @lru_cache(maxsize=64)
 def doubt(georeference: Georeference) -> tuple[str, str] | None:
-    """Say what is wrong with a georeference, and of which of its keys; None where nothing is known to be.
+    """Say what is wrong with a georeference, and of which of its keys; None where nothing is known to be."""
+    import rasterio.crs
+    import rasterio.errors
+    from rasterio.warp import transform
 
-    Without the extra ``geo`` nothing is known.
-    """
-    try:
-        import rasterio.crs
-        import rasterio.errors
-        from rasterio.warp import transform
-    except ImportError:
-        return None
     code = georeference.crs
     try:
         with rasterio.Env():
@@ -37,3 +34,15 @@ def doubt(georeference: Georeference) -> tuple[str, str] | None:
     if not (isfinite(lon) and isfinite(lat)):
         return "origin", f"expected a place that {code} has, found {list(georeference.origin)}"
     return None
+
+
+def cf_attributes(crs: str) -> dict[str, Any]:
+    """Give a reference system as the attributes of a grid mapping of the CF conventions, with its WKT."""
+    import pyproj
+
+    with warnings.catch_warnings():
+        # parameters that CF has no names for; the WKT beside them has all
+        warnings.simplefilter("ignore", UserWarning)
+        found: dict[str, Any] = pyproj.CRS.from_user_input(crs).to_cf()
+    # the name by which GDAL looks for it
+    return {**found, "spatial_ref": found["crs_wkt"]}

@@ -12,7 +12,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from pipeline.assess.frames import follow, mean_spacing
+from pipeline.assess.frames import follow, mean_spacing, on_surface
 from pipeline.assess.plots import depth_panels, title_of
 from pipeline.store.place import store_paths
 from pipeline.store.run_table import markdown
@@ -46,14 +46,15 @@ def draw(out: Location, to: Path) -> list[Path]:
     Raises
     ------
     FileNotFoundError
-        If there is no store with frames of depth and velocity in the place.
+        If there is no store on a slope profile with frames of depth and velocity in the place.
     OSError
         If something cannot be written.
     """
     stores = {path.stem: open_store(path) for path in store_paths(out)}
     stores = {name: s for name, s in stores.items() if {"depth", "velocity_x", "velocity_y"} <= set(s)}
+    stores = {name: s for name, s in stores.items() if not on_surface(s)}
     if not stores:
-        raise FileNotFoundError(f"{out} holds no store with frames of depth and velocity")
+        raise FileNotFoundError(f"{out} holds no store on a slope profile with frames of depth and velocity")
     to.mkdir(parents=True, exist_ok=True)
     first = next(iter(stores.values()))
     written = [_profile(first, to / "profile.png"), _points(stores, to / "points.png")]

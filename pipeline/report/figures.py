@@ -19,6 +19,7 @@ from pipeline.assess.georeference import Frame
 from pipeline.assess.gridding import gridded
 from pipeline.assess.plots import COLOURS, LEVELS, title_of
 from pipeline.assess.tables import values
+from pipeline.hazard.relief import draw_relief
 
 CURVE_POINTS = 400
 FRAMES = 40
@@ -113,6 +114,8 @@ def animation(store: xr.Dataset, run: int, frame: Frame | None) -> bytes | None:
     figure.colorbar(
         mesh, ax=axes, label="depth (m)", aspect=30, pad=0.02, ticks=levels[:: 1 if height > 2 else 3]
     )
+    if frame and frame.is_map:
+        draw_relief(axes, east[0], north[:, 0], store["elevation"].to_numpy())
     if frame:
         corners = np.stack(frame.corners)
         axes.plot(*np.concatenate([corners, corners[:, :1]], axis=1), color="0.3", linewidth=0.6)

@@ -110,7 +110,7 @@ def _doubts(scenario: Scenario, runs: Runs, flow: _Box, domain: Domain) -> Itera
         for run in (runs if any(key.startswith("terrain") for key in scenario.settings.varied) else runs[:1])
     }
     yield from filter(None, dict.fromkeys(beyond(profile, flow.x) for profile in profiles))
-    receptors = scenario.settings.receptors
+    receptors = scenario.settings.places
     outside = [each.name for each in receptors if part_inside(each, domain) == 0]
     if outside:
         names = "all receptors" if len(outside) == len(receptors) > 1 else ", ".join(outside)

@@ -51,6 +51,8 @@ def warning(prepared: Prepared, max_depth: Array) -> list[str]:
     max_depth : array
         Largest depth over all time steps at its points, m.
     """
+    if not isinstance(prepared.terrain, SlopeProfile):
+        return []
     wet = max_depth > prepared.threshold
     if not wet.any():
         return []

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from pipeline.inputs.elevation_table import ElevationTable
+    from pipeline.scenario.solver_objects import Outlines
     from pipeline.scenario.sweep import Value
     from pipeline.settings.settings import Settings
 
@@ -18,10 +19,12 @@ class Run:
     index : position along the store's ``run`` dimension, from 0.
     parameters : varied values by coordinate name, in the order of the design; empty for a single run.
     settings : complete settings of this run, without what is said of all runs.
-    table : the elevation table of a ``table`` terrain, else None.
+    table : the elevation table of a ``table`` terrain, else None. outlines : polygons of the releases on an
+    elevation model, by file and layer.
     """
 
     index: int
     parameters: dict[str, Value]
     settings: Settings
     table: ElevationTable | None = None
+    outlines: Outlines | None = None

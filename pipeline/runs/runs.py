@@ -10,6 +10,7 @@ from pipeline.mistakes import BadInput
 from pipeline.runs.run import Run
 from pipeline.runs.shared_points import SharedPoints, made
 from pipeline.scenario.design import design
+from pipeline.scenario.ground import of_run
 from pipeline.scenario.scenario import Scenario
 from pipeline.scenario.strict_yaml import parse
 from pipeline.scenario.sweep import Value, assign, coordinate_names, path_of
@@ -23,7 +24,7 @@ class Runs(Sequence[Run]):
     """
 
     def __init__(self, scenario: Scenario) -> None:
-        self.tables = scenario.tables
+        self.tables, self.ground = scenario.tables, scenario.ground
         self.design = design(scenario.settings)
         self._data = {name: value for name, value in scenario.data.items() if name not in OF_ALL_RUNS}
         if scenario.settings.domain is not None:
@@ -50,7 +51,8 @@ class Runs(Sequence[Run]):
             changed = assign(changed, path, value)
         settings = Settings.model_validate(changed)
         table = self.tables.get(settings.table_file or "")
-        return Run(index, self.parameters(index), settings, table)
+        polygons = None if self.ground is None else of_run(settings, self.ground.outlines)
+        return Run(index, self.parameters(index), settings, table, polygons)
 
     def parameters(self, index: int) -> dict[str, Value]:
         """Varied values of a run by coordinate name."""
@@ -74,7 +76,8 @@ def share(scenario: Scenario, runs: Iterable[Run]) -> SharedPoints:
     from pipeline.runs.threshold import threshold
 
     try:
-        shared = made(scenario.settings, scenario.points, runs)
+        raster = None if scenario.ground is None else scenario.ground.raster
+        shared = made(scenario.settings, scenario.points, runs, raster)
     except ValueError as error:
         document = parse(scenario.text, str(scenario.path))
         found = f"expected points that fit, found {error}"

@@ -17,11 +17,11 @@ from numpy.typing import NDArray
 from pipeline.runs.run import Run
 from pipeline.runs.shared_points import SharedPoints
 from pipeline.scenario import solver_objects
-from solver.release.initial_state import initial_state
 
 if TYPE_CHECKING:
     from pipeline.settings.settings import GivenDepth, KindOfSide, Settings
     from solver.checkpoint import Keeper
+    from solver.physics.elevation import ElevationModel
     from solver.physics.terrain import SlopeProfile
     from solver.result import Result
     from solver.scene import Scene
@@ -37,7 +37,8 @@ _ROUND_OFF = 1e-9
 class Prepared:
     """What ``solver.simulation.simulate`` needs, and what is to be reported of the release.
 
-    scene : the solver's scene; ``terrain`` is ``scene.terrain`` with elevation and horizontal distance.
+    scene : the solver's scene; ``terrain`` is ``scene.terrain``, a profile with elevation and horizontal
+    distance, or an elevation model.
     times : (nt,) output times, s. threshold : depth above which a cell counts as reached or covered, m.
     stop_at_rest : argument of ``simulate``.
     volume_asked, volume_laid, volume_lost : m3; the release as written, as laid on the points, and the
@@ -45,7 +46,7 @@ class Prepared:
     """
 
     scene: Scene
-    terrain: SlopeProfile
+    terrain: SlopeProfile | ElevationModel
     times: NDArray[np.float64]
     threshold: float
     stop_at_rest: bool
@@ -76,8 +77,12 @@ def build_scene(run: Run, shared: SharedPoints) -> Prepared:
 
     settings = run.settings
     points, scheme = shared.points, solver_objects.scheme(settings)
-    laid = initial_state(solver_objects.releases(settings), points)
-    terrain = solver_objects.slope(settings.terrain, run.table)
+    terrain: SlopeProfile | ElevationModel
+    if shared.raster is None:
+        terrain, ground = solver_objects.slope(settings.terrain, run.table), None
+    else:
+        terrain = ground = solver_objects.surface(settings.terrain, shared.raster)
+    laid = solver_objects.laid(settings, points, run.outlines, ground)
     friction, earth_pressure = solver_objects.laws(settings)
     sides = settings.boundaries
     scene = Scene(

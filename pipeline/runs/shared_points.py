@@ -13,6 +13,7 @@ from pipeline.scenario import solver_objects
 from solver.points.lattice import Lattice
 
 if TYPE_CHECKING:
+    from pipeline.inputs.elevation_raster import ElevationRaster
     from pipeline.inputs.point_file import PointFile
     from pipeline.runs.run import Run
     from pipeline.settings.settings import Settings
@@ -27,16 +28,19 @@ class SharedPoints:
 
     points : a lattice or a cloud. operators : what runs of a scheme need of them, by `solver.forms.key`.
     kinds : of the runs. threshold : depth above which a cell counts as reached, m; None where each run has
-    one by its own release.
+    one by its own release. raster : the elevation model that they stand on, if they do.
     """
 
     points: Lattice | PointCloud
     operators: dict[Hashable, Operators | None]
     kinds: frozenset[Kind]
     threshold: float | None = None
+    raster: ElevationRaster | None = None
 
 
-def made(settings: Settings, file: PointFile | None, runs: Iterable[Run]) -> SharedPoints:
+def made(
+    settings: Settings, file: PointFile | None, runs: Iterable[Run], raster: ElevationRaster | None = None
+) -> SharedPoints:
     """Make points by settings and what their file holds, and the operators of runs.
 
     Raises
@@ -51,11 +55,11 @@ def made(settings: Settings, file: PointFile | None, runs: Iterable[Run]) -> Sha
     points = solver_objects.points(settings, file)
     for run in runs:
         scheme = solver_objects.scheme(run.settings)
-        kinds.add(kind_of(points, scheme))
+        kinds.add(kind_of(points, scheme, on_surface=raster is not None))
         needed = key(points, scheme)
         if needed is not None and needed not in operators:
             operators[needed] = prepare(points, scheme)
-    return SharedPoints(points, operators, frozenset(kinds))
+    return SharedPoints(points, operators, frozenset(kinds), raster=raster)
 
 
 @contextmanager
@@ -64,7 +68,7 @@ def kept(shared: SharedPoints, path: Location) -> Iterator[SharedPoints | Locati
 
     A driver that is killed leaves the file, which is named so as to be swept.
     """
-    if isinstance(shared.points, Lattice) and not shared.operators:
+    if isinstance(shared.points, Lattice) and not shared.operators and shared.raster is None:
         yield shared
         return
     with path.open("wb") as file:

@@ -17,8 +17,10 @@ from numpy.typing import NDArray
 from pipeline.runs import ending, profile_ends
 from pipeline.runs.scene_of_run import Prepared
 from pipeline.runs.summary import summarise
+from pipeline.runs.surface_summary import summarise_on_surface
 from pipeline.store.variables import FIELDS, Status
 from solver.checks.plausibility import doubts
+from solver.physics.elevation import ElevationModel, edges_of, lifted_area
 from solver.physics.terrain import SlopeProfile
 from solver.points.cloud import PointCloud
 from solver.points.lattice import Lattice
@@ -51,12 +53,22 @@ def implausible(prepared: Prepared, result: Result) -> list[str]:
 
 
 def profile_values(prepared: Prepared) -> dict[str, NDArray[np.float64]]:
-    """Elevation and horizontal distance at the points of a cloud or along those of a lattice, (nx,), m."""
+    """Elevation and horizontal distance at the points of a cloud or along those of a lattice, (nx,), m.
+
+    On an elevation model elevation, m, and area on the bed, m2, of the cells, (ny, nx).
+    """
     return _profile_values(prepared.terrain, prepared.scene.points)
 
 
 @lru_cache(maxsize=8)
-def _profile_values(terrain: SlopeProfile, points: Lattice | PointCloud) -> dict[str, NDArray[np.float64]]:
+def _profile_values(
+    terrain: SlopeProfile | ElevationModel, points: Lattice | PointCloud
+) -> dict[str, NDArray[np.float64]]:
+    if isinstance(terrain, ElevationModel):
+        assert isinstance(points, Lattice)
+        corners = terrain.corners(*(edges_of(a, points.dx) for a in (points.x_points, points.y_points)))
+        elevation = terrain.at(points.x_points, points.y_points)
+        return {"elevation": elevation, "area": lifted_area(corners, points.dx)}
     x = points.x_points if isinstance(points, Lattice) else points.coordinates[0]
     return {"elevation": terrain.elevation(x), "horizontal_distance": terrain.horizontal_distance(x)}
 
@@ -105,8 +117,20 @@ def _row(prepared: Prepared, result: Result, max_wall: float | None) -> dict[str
             "failure_x": result.failure.x,
             "failure_y": result.failure.y,
         }
+    points = prepared.scene.points
+    if "area" in profile and isinstance(points, Lattice):
+        return row | summarise_on_surface(
+            points,
+            profile["elevation"],
+            profile["area"],
+            prepared.scene.depth,
+            result.deposit_depth,
+            result.max_depth,
+            result.max_speed,
+            prepared.threshold,
+        )
     return row | summarise(
-        prepared.scene.points,
+        points,
         profile["elevation"],
         profile["horizontal_distance"],
         prepared.scene.depth,

@@ -18,7 +18,7 @@ from pipeline.scenario.sweep import meaning_of
 from pipeline.settings.points import LatticePoints
 from pipeline.store import provenance
 from pipeline.store.layout import Template, group_size, run_bytes
-from pipeline.store.variables import RETURN_PERIOD, WEIGHT, Variable, coordinates, kept
+from pipeline.store.variables import RETURN_PERIOD, WEIGHT, Variable, coordinates, grid_mapping, kept
 from solver.points.lattice import Lattice
 
 if TYPE_CHECKING:
@@ -31,11 +31,15 @@ STAGES = 3
 def variables(scenario: Scenario) -> tuple[Variable, ...]:
     """Variables on ``run`` of a scenario's store; the profile joins them where the terrain is swept."""
     cloud = not isinstance(scenario.settings.points, LatticePoints)
+    if scenario.ground is not None:
+        return kept(list(scenario.settings.output.fields), surface=True)
     return (*profile(scenario), *kept(list(scenario.settings.output.fields), cloud))
 
 
 def profile(scenario: Scenario) -> tuple[Variable, ...]:
     """Profile variables that differ between runs, with ``run`` as their first dimension."""
+    if scenario.ground is not None:
+        return ()
     if not any(key.split(".")[0] == "terrain" for key in scenario.settings.varied):
         return ()
     cloud = not isinstance(scenario.settings.points, LatticePoints)
@@ -64,9 +68,10 @@ def template(scenario: Scenario, runs: Runs, shared: SharedPoints) -> Template:
         coordinates=(
             *(
                 (v, known[v.name])
-                for v in coordinates("point" in sizes)
+                for v in coordinates("point" in sizes, scenario.ground is not None)
                 if v.name not in {h.name for h in held}
             ),
+            *mapping(scenario),
             (Variable("run", ("run",), "int64", "1", "position in the design", -1), np.arange(len(runs))),
             *shares(scenario),
             *parameters(runs),
@@ -80,10 +85,20 @@ def template(scenario: Scenario, runs: Runs, shared: SharedPoints) -> Template:
 def seconds(prepared: Prepared) -> float:
     """Rough time of a run, s: only good to choose how many runs share a task."""
     scene = prepared.scene
-    fall = float(np.ptp(profile_values(prepared)["elevation"])) + float(scene.depth.max())
+    elevation = profile_values(prepared)["elevation"]
+    fall = float(np.nanmax(elevation) - np.nanmin(elevation)) + float(scene.depth.max())
     speed = float(np.sqrt(2 * scene.gravity * fall))
     steps = prepared.times[-1] * speed / (scene.scheme.cfl * float(np.sqrt(np.min(scene.points.cell_area))))
     return float(STAGES * steps * scene.depth.size / CELL_STAGES_PER_SECOND)
+
+
+def mapping(scenario: Scenario) -> list[tuple[Variable, NDArray[Any]]]:
+    """Give the reference system of a scenario on an elevation model, as the CF conventions say it."""
+    if scenario.ground is None:
+        return []
+    from pipeline.inputs.reference_system import cf_attributes
+
+    return [(grid_mapping(cf_attributes(scenario.ground.raster.crs)), np.array(0))]
 
 
 def shares(scenario: Scenario) -> list[tuple[Variable, NDArray[Any]]]:
@@ -130,5 +145,6 @@ def attributes(scenario: Scenario) -> dict[str, str]:
         "scenario_content": scenario.content,
         "scenario_hash": scenario.digest,
         "domain": scenario.settings.bounds.model_dump_json(),
+        **({} if scenario.ground is None else {"crs": scenario.ground.raster.crs}),
         **provenance.made_by(),
     }

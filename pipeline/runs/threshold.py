@@ -8,7 +8,7 @@ from pipeline.runs.run import Run
 from pipeline.runs.runs import expand
 from pipeline.runs.scene_of_run import DEFAULT_THRESHOLD
 from pipeline.scenario import solver_objects
-from solver.release.initial_state import initial_state
+from solver.release.polygons import ring_area
 
 if TYPE_CHECKING:
     from pipeline.scenario.scenario import Scenario
@@ -28,13 +28,19 @@ def threshold(scenario: Scenario, points: Lattice | PointCloud) -> float:
     runs = expand(scenario)
     varied = any(key.startswith("release") for key in settings.varied)
     shallowest = min(runs, key=_depth) if varied else runs[0]
-    laid = initial_state(solver_objects.releases(shallowest.settings), points)
+    ground = None
+    if scenario.ground is not None:
+        ground = solver_objects.surface(shallowest.settings.terrain, scenario.ground.raster)
+    laid = solver_objects.laid(shallowest.settings, points, shallowest.outlines, ground)
     return DEFAULT_THRESHOLD * float(laid.depth.max())
 
 
 def _depth(run: Run) -> float:
     """Largest depth of the releases of a run, m, each by itself."""
-    depths = []
+    depths = [
+        each.depth or (each.volume or 0.0) / sum(map(ring_area, each.rings))
+        for each in solver_objects.outlined(run.settings, run.outlines)
+    ]
     for shape in solver_objects.releases(run.settings):
         x_min, x_max, y_min, y_max = shape.extent
         scale = 1.0 if shape.volume is None else shape.volume / shape.shape_volume

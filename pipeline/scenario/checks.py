@@ -17,12 +17,13 @@ from pipeline.inputs.point_file import PointFile
 from pipeline.mistakes import BadInput, Mistake
 from pipeline.scenario import endless, solver_objects
 from pipeline.scenario.design import share_within
+from pipeline.scenario.ground import Ground, GroundCheck
 from pipeline.scenario.places import on_bed, part_inside, receptors_on_bed
 from pipeline.scenario.schema_errors import Problem, check
 from pipeline.scenario.strict_yaml import Document, Path
 from pipeline.scenario.sweep_checks import check_design
-from pipeline.settings.generated import Generated
 from pipeline.settings.hazard import Georeference
+from pipeline.settings.physics import AnyTerrain
 from pipeline.settings.points import FilePoints
 from pipeline.settings.section import Pair
 from pipeline.settings.settings import Settings
@@ -47,6 +48,7 @@ class Checked:
     settings: Settings | None = None
     tables: dict[str, ElevationTable] = field(default_factory=dict)
     points: PointFile | None = None
+    ground: Ground | None = None
     mistakes: list[Mistake] = field(default_factory=list)
     warnings: tuple[str, ...] = ()
 
@@ -74,7 +76,8 @@ def check_document(document: Document, folder: FilePath) -> Checked:
     if mistakes or settings is None:
         return Checked(mistakes=mistakes)
     warnings = (document.mistake(path, message) for path, message in judge.warnings(settings))
-    return Checked(settings, judge.tables, judge.points, [], tuple(map(str, warnings)))
+    ground = judge.map_files.held
+    return Checked(settings, judge.tables, judge.points, ground, [], tuple(map(str, warnings)))
 
 
 class _Judge:
@@ -91,6 +94,7 @@ class _Judge:
         self.ground: Georeference | None = None
         self.points: PointFile | None = None
         self.files: dict[str, Any] = {}
+        self.map_files = GroundCheck(folder)
 
     def check(self, data: Mapping[str, Any]) -> list[Problem]:
         """List all that is wrong with the data of one run."""
@@ -107,6 +111,8 @@ class _Judge:
             if angle is not None and 0 < angle < LEAST_ANGLE:
                 self.flat["material", name] = angle
         self.ground = settings.georeference
+        if settings.on_surface:
+            return self._on_surface(settings)[1]
         if settings.table_file is not None and settings.table_file not in self.tables:
             return problems
         try:
@@ -118,7 +124,14 @@ class _Judge:
             return [Problem(("release",), found, related=(("release",), ("terrain",), ("domain",)))]
 
     def placed(self, settings: Settings) -> Settings:
-        """Give settings with releases and receptors in coordinates of the bed."""
+        """Give settings with releases and receptors in coordinates of the bed, and with their domain."""
+        if settings.on_surface:
+            found, _ = self._on_surface(settings)
+            receptors = self.map_files.receptors(found)
+            # what is wrong with them is listed for all runs
+            return (
+                found if isinstance(receptors, Problem) else found.model_copy(update={"receptors": receptors})
+            )
         ground = settings.georeference
         if ground is None or "map" not in (ground.receptors, ground.releases):
             return settings
@@ -133,6 +146,14 @@ class _Judge:
             )
             changed["release"] = releases if isinstance(settings.release, tuple) else releases[0]
         return settings.model_copy(update=changed)
+
+    def _on_surface(self, settings: Settings) -> tuple[Settings, list[Problem]]:
+        """Give settings on an elevation model with their domain, and what is wrong with their files."""
+        try:
+            return self.map_files.judge(settings)
+        except (ArithmeticError, ValueError) as error:
+            found = f"expected an elevation model that can be computed on, found one that cannot ({error})"
+            return settings, [Problem(("terrain",), found, related=(("terrain",), ("release",)))]
 
     def _slope(self, settings: Settings) -> SlopeProfile:
         name = settings.table_file
@@ -168,8 +189,18 @@ class _Judge:
     def for_all_runs(self, settings: Settings) -> list[Problem]:
         """List what is wrong with what is said of all runs; receptors are in coordinates of the bed."""
         problems = [] if settings.georeference is None else self._on_map(settings, settings.georeference)
+        for name in ("terrain.elevation", "terrain.crs") if settings.on_surface else ():
+            if name in settings.varied:
+                kind = "sweep" if name in settings.sweep else "sample"
+                at: Path = (kind, name) if kind == "sweep" else ("sample", "values", name)
+                found = "expected one elevation model for all runs, found several; write a scenario for each"
+                problems.append(Problem(at, found))
         domain = settings.domain
-        for i, receptor in enumerate(settings.receptors if domain is not None else ()):
+        if isinstance(settings.receptors, str):
+            receptors = self.map_files.receptors(settings)
+            problems += [receptors] if isinstance(receptors, Problem) else []
+        listed = settings.places if domain is not None and not self.map_files.from_file else ()
+        for i, receptor in enumerate(listed):
             assert domain is not None
             part = part_inside(receptor, domain)
             path: Path = ("receptors", i)
@@ -222,6 +253,7 @@ class _Judge:
             for name, table in self.tables.items()
             for doubt in table.doubts
         ]
+        files += self.map_files.doubts.items()
         return [*files, *lost, *short, *flat, *self.cut.items(), *_left_out(settings), *_far_out(settings)]
 
     def _points(self, settings: Settings) -> list[Problem]:
@@ -278,11 +310,11 @@ def _lost(shape: Release, extent: tuple[Pair, Pair]) -> tuple[float, float]:
 
 
 @lru_cache(maxsize=1024)
-def _slope(terrain: Generated, table: ElevationTable | None) -> SlopeProfile:
+def _slope(terrain: AnyTerrain, table: ElevationTable | None) -> SlopeProfile:
     return solver_objects.slope(terrain, table)
 
 
-def _length(terrain: Generated, table: ElevationTable) -> float:
+def _length(terrain: AnyTerrain, table: ElevationTable) -> float:
     """Arc length that a table covers, m."""
     return float(getattr(_slope(terrain, table), "length", float("inf")))
 
@@ -292,7 +324,7 @@ def _left_out(settings: Settings) -> list[tuple[Path, str]]:
     kept, path = set(settings.output.fields), ("output", "fields")
     found: list[tuple[Path, str]] = []
     needed = [name for name in FOR_RECEPTORS if name not in kept]
-    if settings.receptors and needed:
+    if settings.places and needed:
         found.append((path, f"leaves out {', '.join(needed)}, without which receptors have no results"))
     asked = settings.hazard.model_fields_set
     mapped = {"depth": "max_depth", "speed": "max_speed", "pressure": "max_speed"}

@@ -60,9 +60,9 @@ def receptors_on_bed(settings: Settings, slope: SlopeProfile) -> tuple[Receptor,
     """Give the receptors of a scenario in coordinates of the bed, in whichever they were written."""
     ground = settings.georeference
     if ground is None or ground.receptors == "bed":
-        return settings.receptors
+        return settings.places
     found = []
-    for each in settings.receptors:
+    for each in settings.places:
         places = on_bed(ground, slope, each.corners)
         if each.point is not None:
             found.append(each.model_copy(update={"point": places[0]}))

@@ -70,8 +70,8 @@ def _title(loc: tuple[str, ...], model: type[BaseModel]) -> str | None:
             return f"`{_dotted(loc[:-1])}`, {choosing_key(model)} `{loc[-1]}`"
         case ("points", "graded", *rest):
             return f"`points`, `{'.'.join(rest)}` of layout `graded`"
-        case ("sample", "correlations") | ("receptors",):
-            return f"Each of `{'.'.join(loc)}`"
+        case ("sample", "correlations") | ("receptors", "list"):
+            return f"Each of `{'.'.join(part for part in loc if part != 'list')}`"
         case ("terrain", "segments", name):
             return f"`terrain`, each of `{name}`"
         case _:

@@ -18,6 +18,7 @@ from pipeline.inputs.point_file import PointFile
 from pipeline.mistakes import BadInput, Mistake, describe
 from pipeline.scenario import checks
 from pipeline.scenario.design import draw
+from pipeline.scenario.ground import Ground
 from pipeline.scenario.schema_errors import check
 from pipeline.scenario.strict_yaml import parse
 from pipeline.settings.receptor import Receptor
@@ -29,7 +30,7 @@ IRRELEVANT: Any = {
     "time": {"max_steps", "max_wall"},
 }
 
-# attribute of a store with the receptors that the scenario gives on the map, in coordinates of the bed
+# attribute of a store with the receptors that the scenario gives on the map or in a file, in x and y
 ON_BED = "receptors_on_bed"
 RECEPTORS = TypeAdapter(tuple[Receptor, ...])
 
@@ -48,6 +49,7 @@ class Scenario:
     what ``IRRELEVANT`` lists).
     digest : SHA-256 of ``content``, hexadecimal.
     tables : elevation tables by the name the settings give them. points : what a file of points holds.
+    ground : elevation model and polygons of a scenario on one, which has a domain then.
     warnings : one line each, to be shown and not to be stopped by.
     """
 
@@ -60,6 +62,7 @@ class Scenario:
     tables: Mapping[str, ElevationTable]
     points: PointFile | None = None
     warnings: tuple[str, ...] = ()
+    ground: Ground | None = None
 
     @property
     def name(self) -> str:
@@ -119,6 +122,7 @@ def load(sources: Iterable[str | Path | Mapping[str, Any]]) -> list[Scenario]:
                     checked.tables,
                     checked.points,
                     checked.warnings,
+                    checked.ground,
                 )
             )
     if mistakes:
@@ -138,7 +142,8 @@ def stored(attributes: Mapping[str, Any]) -> Settings:
     if isinstance(found, list):
         raise ValueError(f"the scenario of {attributes['title']} is not known here: {found[0].message}")
     receptors = attributes.get(ON_BED)
-    if receptors is None or found.georeference is None or found.georeference.receptors == "bed":
+    on_bed = found.georeference is None or found.georeference.receptors == "bed"
+    if receptors is None or (on_bed and not isinstance(found.receptors, str)):
         return found
     return found.model_copy(update={"receptors": RECEPTORS.validate_json(str(receptors))})
 
@@ -155,10 +160,10 @@ def _placed(data: dict[str, Any], settings: Settings) -> dict[str, Any]:
 def said(scenario: Scenario) -> dict[str, str]:
     """Attributes with the words of a scenario, which may change without its runs changing."""
     words = {"comment": scenario.settings.description, "scenario": scenario.text}
-    ground = scenario.settings.georeference
-    if ground is None or ground.receptors == "bed":
+    ground, from_file = scenario.settings.georeference, isinstance(scenario.data.get("receptors"), str)
+    if (ground is None or ground.receptors == "bed") and not from_file:
         return words
-    return {**words, ON_BED: RECEPTORS.dump_json(scenario.settings.receptors).decode()}
+    return {**words, ON_BED: RECEPTORS.dump_json(scenario.settings.places).decode()}
 
 
 def differences(before: str, after: str) -> list[str]:
@@ -211,6 +216,8 @@ def _content(checked: checks.Checked) -> str:
     tables = {name: table.digest for name, table in sorted(checked.tables.items())}
     files = {} if checked.points is None else {"file": checked.points.digest}
     whole = {**held, "points": {**held["points"], **files}, "tables": tables}
+    if checked.ground is not None:
+        whole["map_files"] = checked.ground.digests
     if checked.settings.sample is not None:
         # another version of SciPy may draw otherwise
         drawn = json.dumps(draw(checked.settings.sample))

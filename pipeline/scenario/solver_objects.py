@@ -2,26 +2,37 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from pipeline.settings import points as points_settings
 from pipeline.settings.generated import Generated
 from pipeline.settings.physics import MaterialLaws
+from pipeline.settings.surface import ElevationTerrain, PolygonsRelease
 from solver.physics.earth_pressure import EarthPressure
+from solver.physics.elevation import ElevationModel
 from solver.physics.friction import Coulomb
 from solver.physics.terrain import SlopeProfile
 from solver.physics.terrain_table import Table
 from solver.points.lattice import Lattice
+from solver.release.initial_state import Laid, initial_state
+from solver.release.polygons import PolygonRelease, surface_state
 from solver.release.shapes import Release
 from solver.scheme import Scheme
 
 if TYPE_CHECKING:
+    from pipeline.inputs.elevation_raster import ElevationRaster
     from pipeline.inputs.elevation_table import ElevationTable
+    from pipeline.inputs.outlines import Outline
     from pipeline.inputs.point_file import PointFile
     from pipeline.settings.settings import Settings
 
     # compiled code takes longer to import than a scenario to check
     from solver.points.cloud import PointCloud
+
+# polygons by file and layer
+Outlines = Mapping["tuple[str, str | None]", "tuple[Outline, ...]"]
 
 
 def points(settings: Settings, file: PointFile | None = None) -> Lattice | PointCloud:
@@ -75,17 +86,92 @@ def laws(settings: Settings) -> tuple[Coulomb, EarthPressure]:
 
 def releases(settings: Settings) -> list[Release]:
     """Make the releases, with their volumes and velocities."""
-    return [release.make() for release in settings.releases]
+    return [release.make() for release in settings.releases if not isinstance(release, PolygonsRelease)]
 
 
-def slope(terrain: Generated, table: ElevationTable | None = None) -> SlopeProfile:
+def chosen(release: PolygonsRelease, outlines: Sequence[Outline]) -> list[Outline]:
+    """Pick the polygons of a layer that a release names, or all.
+
+    Raises
+    ------
+    ValueError
+        If none has the name.
+    """
+    found = [each for each in outlines if release.name in (None, each.name)]
+    if not found:
+        known = ", ".join(each.name for each in outlines)
+        raise ValueError(f"expected one of the polygons {known}, found '{release.name}'")
+    return found
+
+
+def polygon_releases(release: PolygonsRelease, outlines: Sequence[Outline]) -> list[PolygonRelease]:
+    """Make the releases of polygons of a layer.
+
+    Raises
+    ------
+    ValueError
+        If none has the name asked for, or one has no depth.
+    """
+    held, measured = chosen(release, outlines), release.measured
+    if release.volume is not None:
+        rings = [ring for outline in held for ring in outline.rings]
+        return [PolygonRelease(rings, volume=release.volume, measured=measured)]
+    made = []
+    for outline in held:
+        depth = outline.attributes.get("depth") if release.depth is None else release.depth
+        if isinstance(depth, bool) or not isinstance(depth, int | float) or not depth > 0:
+            found = f"'{outline.name}' with depth {depth}" if depth is not None else f"'{outline.name}'"
+            wanted = "expected depth, volume, or an attribute depth of each polygon above 0"
+            raise ValueError(f"{wanted}, found {found}")
+        made.append(PolygonRelease(outline.rings, depth=float(depth), measured=measured))
+    return made
+
+
+def outlined(settings: Settings, outlines: Outlines | None) -> list[PolygonRelease]:
+    """Make the releases of a run that are polygons; none on a slope profile."""
+    return [
+        each
+        for release in settings.releases
+        if isinstance(release, PolygonsRelease)
+        for each in polygon_releases(release, (outlines or {})[release.polygons, release.layer])
+    ]
+
+
+@lru_cache(maxsize=8)
+def surface(terrain: ElevationTerrain, raster: ElevationRaster) -> ElevationModel:
+    """Make the surface of an elevation model, once for all runs on it."""
+    return ElevationModel(raster.x, raster.y, raster.elevation, terrain.length)
+
+
+def laid(
+    settings: Settings,
+    points: Lattice | PointCloud,
+    outlines: Outlines | None = None,
+    ground: ElevationModel | None = None,
+) -> Laid:
+    """Lay the releases of a run on its points; on an elevation model they are outlined.
+
+    Raises
+    ------
+    ValueError
+        If a release lies wholly outside, or polygons lack what they need.
+    """
+    if ground is None:
+        return initial_state(releases(settings), points)
+    assert isinstance(points, Lattice)
+    return surface_state(outlined(settings, outlines), points, ground)
+
+
+def slope(terrain: Generated | ElevationTerrain, table: ElevationTable | None = None) -> SlopeProfile:
     """Make the slope profile; ``table`` is what the file of a ``table`` profile holds.
 
     Raises
     ------
     ValueError
-        If the profile is a table and none was given.
+        If the profile is a table and none was given, or the terrain is an elevation model.
     """
+    if isinstance(terrain, ElevationTerrain):
+        raise ValueError("an elevation model is no slope profile")
     points = {}
     if terrain.source is Table:
         if table is None:

@@ -229,16 +229,22 @@ def section_with(cls: type, choice: str, more: Keys, *, default: bool = False) -
     return model
 
 
-def union_of(choice: str, models: Iterable[type[Section]], default: str = "") -> Any:
+def union_of(
+    choice: str,
+    models: Iterable[type[Section]],
+    default: str = "",
+    implied: Mapping[str, str] | None = None,
+) -> Any:
     """Make the type of a section that is one of several models, by the value of a key.
 
-    default : the value where the key is left out; without one it must be there.
+    default : the value where the key is left out; without one it must be there. implied : values by another
+    key that says them as well.
     """
     models = tuple(models)
-    if not default:
+    if not default and not implied:
         return Annotated[Union[models], pydantic.Field(discriminator=choice)]  # noqa: UP007
     tagged = tuple(Annotated[model, Tag(kind(model))] for model in models)
-    return Annotated[Union[tagged], chosen_by(choice, default)]  # noqa: UP007
+    return Annotated[Union[tagged], chosen_by(choice, default, implied)]  # noqa: UP007
 
 
 def tag(cls: type) -> str:

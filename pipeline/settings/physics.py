@@ -24,6 +24,7 @@ from pipeline.settings.generated import (
     union_of,
 )
 from pipeline.settings.section import key, kind, relation
+from pipeline.settings.surface import ElevationTerrain, PolygonsRelease
 from solver import scheme
 from solver.parameters import parameters
 from solver.physics import earth_pressure, friction, terrain, terrain_table
@@ -116,13 +117,13 @@ def _material() -> type[MaterialLaws]:
 
 
 if TYPE_CHECKING:
-    AnyTerrain: TypeAlias = Generated
-    AnyRelease: TypeAlias = Generated
+    AnyTerrain: TypeAlias = Generated | ElevationTerrain
+    AnyRelease: TypeAlias = Generated | PolygonsRelease
     AnyScheme: TypeAlias = Generated
     Material: TypeAlias = MaterialLaws
 else:
-    AnyTerrain = union_of("profile", _PROFILES)
-    AnyRelease = union_of("shape", _SHAPES)
+    AnyTerrain = union_of("profile", [*_PROFILES, ElevationTerrain], implied={"elevation": "elevation"})
+    AnyRelease = union_of("shape", [*_SHAPES, PolygonsRelease], implied={"polygons": "polygons"})
     AnyScheme = union_of("form", _SCHEMES, default=kind(_SCHEMES[0]))
     Material = _material()
     # pickle finds sections by their names

@@ -79,13 +79,33 @@ def check_finite_scalar(value: Any) -> Any:
     return value
 
 
-def chosen_by(name: str, default: str) -> Discriminator:
-    """Choose between tagged sections by the value of a key, which may be left out."""
+class _Choice(Discriminator):
+    """A discriminator that unions of unions can hold, which look for equal ones."""
+
+    __slots__ = ()
+    __hash__ = object.__hash__
+
+
+def chosen_by(name: str, default: str = "", implied: Mapping[str, str] | None = None) -> Discriminator:
+    """Choose between tagged sections by the value of a key, which may be left out.
+
+    Parameters
+    ----------
+    name : str
+        The key.
+    default : str
+        Its value where it is left out; without one it must be there.
+    implied : mapping of str to str, optional
+        Values by another key that says them as well, where that one is there.
+    """
 
     def value_of(value: Any) -> Any:
-        return value.get(name, default) if isinstance(value, Mapping) else getattr(value, name, default)
+        if not isinstance(value, Mapping):
+            return getattr(value, name, default)
+        said = (word for other, word in (implied or {}).items() if other in value)
+        return value.get(name, next(said, default or None))
 
-    return Discriminator(
+    return _Choice(
         value_of,
         custom_error_type="union_tag_invalid",
         custom_error_context={"discriminator": f"'{name}'", "tag": "", "expected_tags": ""},

@@ -13,6 +13,7 @@ from pipeline.settings.points import Points, Region
 from pipeline.settings.receptor import Receptor
 from pipeline.settings.sample import Sample, Scalar
 from pipeline.settings.section import Positive, Section, key, relation
+from pipeline.settings.surface import ElevationTerrain, unfit
 from solver.physics.constants import GRAVITY
 from solver.scheme import Collocation
 
@@ -153,6 +154,16 @@ Periods = Annotated[
     Discriminator(_one_or_several),
 ]
 
+
+def _file_or_list(value: Any) -> str:
+    return "file" if isinstance(value, str) else "list"
+
+
+Receptors = Annotated[
+    Annotated[tuple[Receptor, ...], Tag("list")] | Annotated[str, Field(min_length=1), Tag("file")],
+    Discriminator(_file_or_list),
+]
+
 # Latest end of runs that go on to rest, in times sqrt(L/g); Voellmy films creep for the longest of it.
 LATEST = 200
 
@@ -173,7 +184,8 @@ class Settings(Section):
     gravity: Positive = key("gravity; 1 for the paper's dimensionless cases", "m s-2", GRAVITY)
     terrain: AnyTerrain = key("shape of the bed")
     domain: Domain | None = key(
-        "bounds of the points. Default: as far as the flow of any run comes, found by runs on wider spacing",
+        "bounds of the points; of eastings and northings on an elevation model. Default: as far as the flow "
+        "of any run comes, found by runs on wider spacing; the whole of an elevation model",
         default=None,
     )
     points: Points = key("layout of the points")
@@ -200,8 +212,11 @@ class Settings(Section):
         "years",
         None,
     )
-    receptors: tuple[Receptor, ...] = key(
-        "places of which depth, speed, pressure and arrival are wanted; no change of the scenario", default=()
+    receptors: Receptors = key(
+        "places of which depth, speed, pressure and arrival are wanted: a list, or on an elevation model a "
+        "file of points, lines and polygons (GeoPackage, GeoJSON, Shapefile) in any reference system; no "
+        "change of the scenario",
+        default=(),
     )
 
     georeference: Georeference | None = key(
@@ -221,8 +236,15 @@ class Settings(Section):
         return self
 
     @model_validator(mode="after")
+    def _fits_terrain(self) -> Settings:
+        error = unfit(self)
+        if error is not None:
+            raise error
+        return self
+
+    @model_validator(mode="after")
     def _found(self) -> Settings:
-        if self.domain is not None:
+        if self.domain is not None or self.on_surface:
             return self
         for side, stands in self.boundaries:
             if stands != "open":
@@ -265,7 +287,11 @@ class Settings(Section):
 
     @model_validator(mode="after")
     def _receptors_fit(self) -> Settings:
-        names = [receptor.name for receptor in self.receptors]
+        if isinstance(self.receptors, str) and not self.on_surface:
+            raise relation(
+                "expected a list, as a file takes an elevation model, found a file", "receptors", "terrain"
+            )
+        names = [receptor.name for receptor in self.places]
         for i, name in enumerate(names):
             if name in names[:i]:
                 raise relation(f"expected a name of its own, found '{name}' again", f"receptors.{i}.name")
@@ -304,6 +330,11 @@ class Settings(Section):
         return self.domain
 
     @property
+    def on_surface(self) -> bool:
+        """Whether the terrain is an elevation model."""
+        return isinstance(self.terrain, ElevationTerrain)
+
+    @property
     def table_file(self) -> str | None:
         """File of the elevation table, where the terrain is read from one."""
         found: str | None = getattr(self.terrain, "file", None)
@@ -319,6 +350,11 @@ class Settings(Section):
         # two digits are enough, and are read more easily
         step = 10.0 ** (floor(log10(latest)) - 1)
         return ceil(latest / step) * step
+
+    @property
+    def places(self) -> tuple[Receptor, ...]:
+        """The receptors; none as long as their file was not read."""
+        return () if isinstance(self.receptors, str) else self.receptors
 
     @property
     def releases(self) -> tuple[AnyRelease, ...]:

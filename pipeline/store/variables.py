@@ -12,6 +12,32 @@ CELL = ("run", "y", "x")
 RUN = ("run",)
 
 
+# variable that says how x and y lie on the Earth
+GRID_MAPPING = "spatial_ref"
+_NOWHERE = "missing, as it has no meaning on an elevation model"
+# what variables are on an elevation model, where that is something else
+ON_SURFACE = {
+    "velocity_x": "velocity along the bed in the vertical plane toward east",
+    "velocity_y": "velocity along the bed, square to that, toward north",
+    **dict.fromkeys(
+        ("front_x", "tail_x", "deposit_length", "deposit_width", "deposit_centroid_x", "flow_front_x"),
+        _NOWHERE,
+    ),
+    "deposit_area": "area in plan of the cells of the deposit",
+    "runout_distance": "horizontal distance from the release's highest cell to the deposit's lowest",
+    "drop_height": "height of the release's highest cell above the deposit's lowest",
+    "reach_angle": "arctangent of drop height over runout distance",
+    "flow_runout_distance": (
+        "horizontal distance from the release's highest cell to the lowest that the flow reached"
+    ),
+    "peak_speed": "largest speed over all time steps where the flow was deeper than 0.05 m",
+    "volume_lost": "volume of the release outside the domain or on no data, never on the points",
+    "volume_out_open": "volume that left through open sides or came to where there is no data",
+    "failure_x": "easting of the failure's place",
+    "failure_y": "northing of the failure's place",
+}
+
+
 class Status(IntEnum):
     """What became of a run; the only thing a rerun looks at."""
 
@@ -82,6 +108,12 @@ class Variable:
         dims = dict.fromkeys("point" if d in ("x", "y") else d for d in self.dims)
         return replace(self, dims=tuple(dims))
 
+    def on_surface(self) -> Variable:
+        """Give the same on an elevation model: over northings and eastings, with a grid mapping."""
+        mapped = {"grid_mapping": GRID_MAPPING} if {"x", "y"} <= {*self.dims} else {}
+        words = ON_SURFACE.get(self.name, self.long_name)
+        return replace(self, long_name=words, attributes={**self.attributes, **mapped})
+
     @property
     def cf_attributes(self) -> dict[str, Any]:
         """Attributes as they are written, units included."""
@@ -146,6 +178,7 @@ SUMMARIES = (
         "m",
         "horizontal distance from the crown of the release to the farthest cell that the flow reached",
     ),
+    _scalar("lowest_elevation", "m", "lowest elevation that the flow reached; on elevation models only"),
     _scalar("peak_depth", "m", "largest depth anywhere, over all time steps"),
     _scalar("peak_speed", "m s-1", "largest speed anywhere, over all time steps"),
 )
@@ -185,7 +218,7 @@ DIGEST = _text("digest", "SHA-256 of the run's status and values, times of compu
 
 TIMINGS = frozenset({"wall_time", "cpu_time"})
 # Left out of a digest where they are 0 or missing, so that a run has the digest it had without them.
-LATER = frozenset({"volume_out_open", "volume_moving"})
+LATER = frozenset({"volume_out_open", "volume_moving", "lowest_elevation"})
 
 PER_RUN = (*VOLUMES, *SUMMARIES, *COSTS, *WARNINGS, *FAILURES)
 
@@ -209,12 +242,42 @@ RETURN_PERIOD = Variable(
 AREA = Variable("area", ("point",), "float64", "m2", "area of the point's cell; clouds only")
 
 
-def coordinates(cloud: bool = False) -> tuple[Variable, ...]:
-    """Coordinates that are known beforehand, on a lattice or on a cloud."""
+_CELL = ("y", "x")
+SURFACE_COORDINATES = (
+    Variable("time", ("time",), "float64", "s", "time since release", attributes={"axis": "T"}),
+    *(
+        Variable(
+            axis,
+            (axis,),
+            "float64",
+            "m",
+            word,
+            attributes={"standard_name": f"projection_{axis}_coordinate", "axis": axis.upper()},
+        )
+        for axis, word in (("y", "northing of the cell's centre"), ("x", "easting of the cell's centre"))
+    ),
+    Variable(
+        "elevation", _CELL, "float64", "m", "elevation of the bed", attributes={"positive": "up"}
+    ).on_surface(),
+    Variable("area", _CELL, "float64", "m2", "area of the cell on the bed").on_surface(),
+)
+
+
+def grid_mapping(attributes: Mapping[str, Any]) -> Variable:
+    """Give the variable of a reference system by its attributes of the CF conventions."""
+    return Variable(
+        GRID_MAPPING, (), "int64", "", "coordinate reference system", 0, attributes=dict(attributes)
+    )
+
+
+def coordinates(cloud: bool = False, surface: bool = False) -> tuple[Variable, ...]:
+    """Coordinates that are known beforehand, on a lattice, on a cloud or on an elevation model."""
+    if surface:
+        return SURFACE_COORDINATES
     return (*(v.on_cloud() for v in COORDINATES), AREA) if cloud else COORDINATES
 
 
-def kept(fields: list[str] | None = None, cloud: bool = False) -> tuple[Variable, ...]:
+def kept(fields: list[str] | None = None, cloud: bool = False, surface: bool = False) -> tuple[Variable, ...]:
     """Variables on ``run`` in the order they are written; ``fields`` narrows those over the cells.
 
     ``digest`` and then ``status`` come last.
@@ -228,6 +291,8 @@ def kept(fields: list[str] | None = None, cloud: bool = False) -> tuple[Variable
     if fields is not None and (unknown := sorted(set(fields) - names)):
         raise ValueError(f"not a field: {', '.join(unknown)}; there are {', '.join(sorted(names))}")
     chosen = tuple(v for v in FIELDS if fields is None or v.name in fields)
+    if surface:
+        return (*(v.on_surface() for v in (*chosen, *PER_RUN)), DIGEST, STATUS)
     return (*(v.on_cloud() if cloud else v for v in chosen), *PER_RUN, DIGEST, STATUS)
 
 

@@ -48,7 +48,7 @@ def elevation(x: Array, y: Array, seed: int = SEED) -> Array:
 
     along, across = x[None, :], y[:, None] - channel(x)[None, :]
     # steep in the catchment, gentle on the fan
-    slope = np.radians(7.5 + 26.5 / (1 + np.exp((along - 640) / 150)))
+    slope = np.radians(5.0 + 29.0 / (1 + np.exp((along - 640) / 150)))
     fall = np.cumsum(np.tan(slope) * SPACING, axis=1)
     catchment = 1 / (1 + np.exp((along - APEX + 120) / 60))
     hillside = 0.62 * (np.sqrt(across**2 + 24.0**2) - 24.0)

@@ -7,7 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from solver.arrays import Array
 from solver.checks.invariants import LEDGER, SPEED, Laws, State
+from solver.physics.elevation import Surface, edges_of, lifted_area
 from solver.points.lattice import Lattice
 from solver.result import Result
 from solver.scene import Collocation, Scene
@@ -20,10 +22,8 @@ COLLOCATION_LEDGER, BELOW_ZERO, TOO_THIN = 1e-3, 1e-3, 1e-2
 def doubts(scene: Scene, result: Result) -> Iterator[str]:
     """Say what of a result is doubtful, in a few words each.
 
-    Raises
-    ------
-    TypeError
-        If the terrain is no slope profile.
+    On a surface no speed may be above that of a fall from the highest point of the release to the lowest
+    that the flow reached.
     """
     ledger, h = result.ledger, result.deposit_depth
     total = ledger.released + ledger.inflow
@@ -31,17 +31,40 @@ def doubts(scene: Scene, result: Result) -> Iterator[str]:
         return
     if not abs(ledger.error) <= (COLLOCATION_LEDGER if isinstance(scene.scheme, Collocation) else LEDGER):
         yield f"the ledger of volume is off by {ledger.error:.2g}"
-    laws, area = laws_of_speed(scene), scene.points.cell_area
+    surface = scene.terrain if isinstance(scene.terrain, Surface) else None
+    if surface is not None and isinstance(scene.points, Lattice):
+        edges = (edges_of(a, scene.points.dx) for a in (scene.points.x_points, scene.points.y_points))
+        corners = surface.corners(*edges)
+        area: float | Array = lifted_area(corners, scene.points.dx)
+        dry = scene.scheme.wet_limit * float(scene.depth.max())
+        limit = speed_of_fall(scene, corners, result)
+    else:
+        laws = laws_of_speed(scene)
+        area, dry = scene.points.cell_area, laws.dry
+        laws.deepest = max(laws.deepest, float(result.max_depth.max()))
+        limit = laws.speed_limit(result.time)
     below = float((area * np.maximum(-h, 0.0)).sum()) / total
     if below > BELOW_ZERO:
         yield f"{100 * below:.2g} % of the volume lies below a depth of zero"
-    thin = float((area * np.where((h > 0) & (h <= laws.dry), h, 0.0)).sum()) / total
+    thin = float((area * np.where((h > 0) & (h <= dry), h, 0.0)).sum()) / total
     if thin > TOO_THIN:
         yield f"{100 * thin:.2g} % of the volume is so thin that it counts as dry"
-    laws.deepest = max(laws.deepest, float(result.max_depth.max()))
-    fastest, limit = float(result.max_speed.max()), laws.speed_limit(result.time)
+    fastest = float(result.max_speed.max())
     if fastest > SPEED * limit:
         yield f"a speed of {fastest:.3g} m s-1 is {fastest / limit:.2g} times what it has a source for"
+
+
+def speed_of_fall(scene: Scene, corners: Array, result: Result) -> float:
+    """Speed of a free fall from the top of a release to the lowest place that its flow reached, m s-1.
+
+    corners : elevations at the corners of the cells, shape (ny + 1, nx + 1), m.
+    """
+    middle = 0.25 * (corners[:-1, :-1] + corners[:-1, 1:] + corners[1:, :-1] + corners[1:, 1:])
+    released, reached = scene.depth > 0, result.max_depth > 0
+    if not (released.any() and reached.any()):
+        return float("inf")
+    height = float(middle[released].max() - middle[reached].min()) + float(result.max_depth.max())
+    return float(np.sqrt(2 * scene.gravity * max(height, 0.0)))
 
 
 def laws_of_speed(scene: Scene) -> Laws:

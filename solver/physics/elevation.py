@@ -120,6 +120,15 @@ class ElevationModel:
         )
         return 0.25 * (south + north)
 
+    def at(self, x: Array, y: Array) -> Array:
+        """Elevation at the centres x (n,) by y (m,) of cells, shape (m, n), m; NaN where there is no data.
+
+        On larger cells than those of the raster it is averaged over a cell.
+        """
+        ratio = float(np.diff(x).mean()) / self.spacing
+        values = self._averaged(ratio / 2) if ratio > 1 + SAME else self.filled
+        return np.where(self.gaps(x, y), np.nan, self._at(x, y, values, 1))
+
     def _cells(self, rows: NDArray[np.int64], columns: NDArray[np.int64], values: Array) -> Array:
         """Values of whole rows (m,) and columns (n,) of cells, those of the outer ones beyond them."""
         inside = np.ix_(rows.clip(0, len(self.y) - 1), columns.clip(0, len(self.x) - 1))

@@ -1,7 +1,6 @@
 import json
 import shutil
 import subprocess
-import sys
 
 import numpy as np
 import pyogrio.raw
@@ -15,7 +14,7 @@ from pipeline.assess.ensemble import ensemble
 from pipeline.assess.georeference import Frame, GeoreferenceError, frame, north_up
 from pipeline.hazard import geo_files
 from pipeline.hazard.layers import layers
-from pipeline.hazard.map_files import WITHOUT_GEO, write_maps
+from pipeline.hazard.map_files import write_maps
 from pipeline.hazard.mapping import map_hazard, read, write
 from pipeline.hazard.pictures import LEVEL_COLOURS, draw, round_below
 from pipeline.settings.hazard import Georeference, Hazard
@@ -68,9 +67,7 @@ def written(tmp_path_factory):
     """Maps of a plane where one of four runs failed, with all files."""
     folder = tmp_path_factory.mktemp("maps")
     found = read(write(made((1, 1, 1, 2)), folder))
-    assert {path.name for path in write_maps(found, folder, pytest.fail)} < {
-        path.name for path in folder.iterdir()
-    }
+    assert {path.name for path in write_maps(found, folder)} < {path.name for path in folder.iterdir()}
     return folder, found
 
 
@@ -244,16 +241,8 @@ class TestPictures:
         assert changed.size > 20
 
     def test_work_without_a_georeference_and_without_any_run(self, tmp_path):
-        paths = write_maps(few(made((2, 2, 0, 0), ground=None)), tmp_path, pytest.fail)
+        paths = write_maps(few(made((2, 2, 0, 0), ground=None)), tmp_path)
         assert [path.name for path in paths] == ["arrival_share.png", "arrival_rate.png", "arrival_time.png"]
-
-    def test_are_all_there_is_without_the_extra(self, tmp_path, monkeypatch):
-        for name in ("rasterio", "rasterio.crs", "rioxarray"):
-            monkeypatch.setitem(sys.modules, name, None)
-        told: list[str] = []
-        paths = write_maps(few(made()), tmp_path, told.append)
-        assert {path.suffix for path in paths} == {".png"}
-        assert told == [WITHOUT_GEO]
 
 
 @pytest.mark.parametrize(
@@ -262,7 +251,7 @@ class TestPictures:
 def test_a_reference_system_without_metres_is_refused(tmp_path, crs, word):
     wrong = made(ground=GROUND.model_copy(update={"crs": crs}))
     with pytest.raises(GeoreferenceError, match=word):
-        write_maps(wrong, tmp_path, pytest.fail)
+        write_maps(wrong, tmp_path)
 
 
 @pytest.mark.parametrize(("value", "expected"), [(240, 200), (0.07, 0.05), (1, 1), (19.9, 10), (5e5, 5e5)])

@@ -1,0 +1,312 @@
+"""A small elevation model, from a scenario file to a store, tables, hazard maps and a report."""
+
+import json
+
+import numpy as np
+import pyogrio
+import pytest
+import rasterio
+import rioxarray  # noqa: F401 - gives arrays their reference system
+import shapely
+import xarray as xr
+from rasterio.transform import from_origin
+from root import ROOT
+
+import pipeline
+from pipeline.errors import BadInput
+from pipeline.scenario.scenario import load
+from pipeline.store.verify import verify
+from pipeline.studies import torrent_terrain
+
+WEST, NORTH, SIDE = 2_600_000.0, 1_200_400.0, 5.0
+ROWS, COLUMNS = 40, 60
+TEXT = """\
+name: small
+terrain: {elevation: dem.tif, curvature_length: 20}
+points: {spacing: 5}
+release: {polygons: releases.gpkg, name: slide}
+material: {bed_friction: 16, earth_pressure: isotropic}
+output: {threshold: 0.05}
+time: {end: 60}
+"""
+
+
+def ground(rows=ROWS, columns=COLUMNS):
+    """Elevations of a valley that falls to the east and flattens, rows from north to south, m."""
+    x, y = SIDE * (np.arange(columns) + 0.5), SIDE * (np.arange(rows) + 0.5)
+    return 1200 - 0.6 * 120 * (1 - np.exp(-x / 120)) + 0.002 * (y[:, None] - SIDE * rows / 2) ** 2
+
+
+def write_raster(path, elevation, side=SIDE, crs="EPSG:2056"):
+    with rasterio.open(
+        path, "w", driver="GTiff", count=1, height=elevation.shape[0], width=elevation.shape[1],
+        dtype="float64", nodata=-9999.0, crs=crs, transform=from_origin(WEST, NORTH, side, side),
+    ) as target:  # fmt: skip
+        target.write(elevation, 1)
+
+
+def write_polygons(path, boxes, crs="EPSG:2056", depth=1.5):
+    """Write boxes by name: west, south, east, north, from the north-west corner of the raster, m."""
+    shapes = [shapely.box(WEST + w, NORTH + s, WEST + e, NORTH + n) for w, s, e, n in boxes.values()]
+    fields = [np.array(list(boxes), dtype=object), np.full(len(boxes), depth)]
+    pyogrio.raw.write(
+        path, np.array(shapely.to_wkb(shapes), dtype=object), fields, ["name", "depth"], crs=crs,
+        geometry_type="Polygon",
+    )  # fmt: skip
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """Folder of a scenario's files."""
+    write_raster(tmp_path / "dem.tif", ground())
+    write_polygons(tmp_path / "releases.gpkg", {"slide": (20, -120, 50, -80), "other": (20, -60, 40, -45)})
+    write_polygons(tmp_path / "buildings.gpkg", {"barn": (110, -105, 120, -95), "far": (5000, 0, 5010, 9)})
+    return tmp_path
+
+
+def written(folder, text=TEXT, *changes):
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    path = folder / "small.yaml"
+    path.write_text(text)
+    return path
+
+
+def refused(folder, *changes):
+    with pytest.raises(BadInput) as caught:
+        load([written(folder, TEXT, *changes)])
+    (line,) = str(caught.value).splitlines()
+    return line
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory):
+    """Results of a small sweep and a sample, as a user gets them."""
+    folder = tmp_path_factory.mktemp("torrent")
+    write_raster(folder / "dem.tif", ground())
+    write_polygons(folder / "releases.gpkg", {"slide": (20, -120, 50, -80)})
+    write_polygons(folder / "buildings.gpkg", {"barn": (110, -105, 120, -95), "hut": (270, -20, 280, -10)})
+    more = """\
+sweep: {release.volume: [1000, 2500]}
+return_periods: {release.volume: [30, 300]}
+sample: {design: latin-hypercube, count: 2, seed: 1, values: {material.bed_friction:
+  {distribution: uniform, lower: 14, upper: 18}}}
+receptors: buildings.gpkg
+"""
+    out = folder / "results"
+    pipeline.run(written(folder, TEXT + more), out, workers=1, quiet=True)
+    return out
+
+
+@pytest.fixture(scope="module")
+def maps(place, tmp_path_factory):
+    """Hazard maps of these results, and the folder they were written to."""
+    folder = tmp_path_factory.mktemp("maps")
+    return pipeline.hazard_maps(place, to=folder), folder / "small"
+
+
+class TestStore:
+    def test_lies_on_the_cells_of_the_elevation_model(self, place):
+        with xr.open_zarr(place / "small.zarr", consolidated=False) as store:
+            np.testing.assert_array_equal(store["x"], WEST + SIDE * (np.arange(COLUMNS) + 0.5))
+            np.testing.assert_array_equal(store["y"][::-1], NORTH - SIDE * (np.arange(ROWS) + 0.5))
+            np.testing.assert_array_equal(store["elevation"], ground()[::-1])
+            assert store["elevation"].dims == store["area"].dims == ("y", "x")
+            assert store["x"].attrs["standard_name"] == "projection_x_coordinate"
+            assert store["max_depth"].attrs["grid_mapping"] == "spatial_ref"
+            assert "LV95" in store["spatial_ref"].attrs["crs_wkt"]
+            assert store["max_depth"].rio.crs.to_epsg() == 2056
+            assert not [name for name, v in store.variables.items() if "arc length" in str(v.attrs)]
+
+    def test_volumes_are_by_the_area_of_the_bed(self, place):
+        with xr.open_zarr(place / "small.zarr", consolidated=False) as store:
+            held = (store["depth"].isel(time=0).astype(float) * store["area"]).sum(("y", "x"))
+            np.testing.assert_allclose(held, store["volume_released"], rtol=1e-6)
+            np.testing.assert_allclose(store["volume_released"], [1000, 1000, 2500, 2500], rtol=1e-12)
+            assert float(abs(store["volume_error"]).max()) < 1e-13
+            assert float(store["area"].min()) >= SIDE**2
+
+    def test_reach_and_drop_are_from_the_crown_to_the_toe(self, place):
+        with xr.open_zarr(place / "small.zarr", consolidated=False) as store:
+            one = store.isel(run=3).load()
+        z, deposit = one["elevation"].to_numpy(), one["deposit_depth"].to_numpy() > 0.05
+        release = one["depth"].isel(time=0).to_numpy() > 0
+        crown = np.unravel_index(np.where(release, z, -np.inf).argmax(), z.shape)
+        toe = np.unravel_index(np.where(deposit, z, np.inf).argmin(), z.shape)
+        runout = SIDE * np.hypot(crown[0] - toe[0], crown[1] - toe[1])
+        # the toe is one of two cells beside the middle of the valley
+        assert abs(float(one["runout_distance"]) - runout) < SIDE
+        assert float(one["drop_height"]) == pytest.approx(z[crown] - z[toe])
+        angle = np.degrees(np.arctan2(float(one["drop_height"]), float(one["runout_distance"])))
+        assert float(one["reach_angle"]) == pytest.approx(angle)
+        assert float(one["deposit_area"]) == SIDE**2 * deposit.sum()
+        assert float(one["lowest_elevation"]) <= z[toe]
+        assert np.isnan([float(one[name]) for name in ("front_x", "deposit_length", "flow_front_x")]).all()
+
+    def test_is_verified_and_nothing_is_left_to_do(self, place):
+        assert verify(place / "small.zarr").faults == ()
+        table = pipeline.run_table(place)
+        assert table["status"].isin(["done", "done_but_overrun", "cut_off"]).all()
+        assert (table["runout_distance"] > 50).all()
+
+
+class TestMaps:
+    def test_a_geotiff_is_the_lattice_itself(self, maps, place):
+        found, folder = maps
+        depth = found["small"]["depth_quantile"].isel(quantile=-1).to_numpy()
+        with rasterio.open(folder / "depth_quantile_0.9.tif") as raster:
+            assert raster.crs.to_epsg() == 2056
+            assert raster.transform == from_origin(WEST, NORTH, SIDE, SIDE)
+            np.testing.assert_array_equal(raster.read(1), depth[::-1])
+            # deepest where the store says it is, by GDAL's own coordinates
+            row, column = np.unravel_index(raster.read(1).argmax(), raster.shape)
+            x, y = raster.xy(row, column)
+        with xr.open_zarr(place / "small.zarr", consolidated=False) as store:
+            at = store["max_depth"].sel(x=x, y=y, method="nearest", tolerance=1e-6)
+            assert float(at.max()) >= depth.max() > 0
+
+    def test_netcdf_has_a_grid_mapping(self, maps):
+        with xr.open_dataset(maps[1] / "hazard.nc", decode_coords="all") as found:
+            assert found["depth_exceedance"].rio.crs.to_epsg() == 2056
+            assert found["elevation"].dims == ("y", "x")
+
+    def test_outlines_are_where_the_flow_is(self, maps):
+        _, _, shapes, _ = pyogrio.raw.read(maps[1] / "outlines.gpkg")
+        bounds = shapely.total_bounds(shapely.from_wkb(shapes))
+        assert (bounds[:2] > (WEST, NORTH - SIDE * ROWS)).all()
+        assert (bounds[2:] < (WEST + SIDE * COLUMNS, NORTH)).all()
+
+    def test_pictures_and_report_are_drawn(self, maps, place):
+        assert (maps[1] / "hazard_level.png").stat().st_size > 20_000
+        page = pipeline.write_report(place).read_text()
+        assert "hazard" in page
+        assert "barn" in page
+
+    def test_tables_have_receptors_of_the_file(self, place):
+        tables = pipeline.assessment_tables(place)
+        rows = tables["receptors"].set_index("receptor")
+        assert set(rows.index) == {"barn", "hut"}
+        assert rows.loc["barn", "probability"] > 0
+        assert rows.loc["hut", "probability"] == 0
+        assert "lowest_elevation" in set(tables["scenarios"]["quantity"])
+        assert "deposit_length" not in set(tables["scenarios"]["quantity"])
+
+
+def test_the_hash_of_both_files_is_part_of_a_scenario(folder):
+    before = load([written(folder)])[0]
+    write_polygons(folder / "releases.gpkg", {"slide": (20, -120, 50, -80)}, depth=1.6)
+    deeper = load([written(folder)])[0]
+    elevation = ground()
+    elevation[3, 50] += 0.01
+    write_raster(folder / "dem.tif", elevation)
+    rougher = load([written(folder)])[0]
+    assert len({before.digest, deeper.digest, rougher.digest}) == 3
+
+
+def test_a_domain_is_moved_on_to_the_cells(folder):
+    wanted = f"domain: {{x: [{WEST + 1}, {WEST + 203}], y: [{NORTH - 180}, {NORTH - 20}]}}\npoints"
+    domain = load([written(folder, TEXT, ("points", wanted))])[0].settings.domain
+    assert domain.x == (WEST + 2.5, WEST + 202.5)
+    assert domain.y == (NORTH - 177.5, NORTH - 22.5)
+
+
+def test_places_of_a_file_outside_the_domain_are_left_out_and_told(folder):
+    scenario = load([written(folder, TEXT + "receptors: buildings.gpkg\n")])[0]
+    assert [each.name for each in scenario.settings.places] == ["barn"]
+    assert "of 2 places of buildings.gpkg 1 lie outside the domain" in "\n".join(scenario.warnings)
+
+
+class TestMistakes:
+    def test_a_missing_file(self, folder):
+        assert "terrain.elevation: expected a readable file, found none" in refused(
+            folder, ("dem.tif", "no.tif")
+        )
+
+    def test_degrees(self, folder):
+        write_raster(folder / "dem.tif", ground(), 1e-4, "EPSG:4326")
+        assert "found a reference system in degrees" in refused(folder)
+
+    def test_no_reference_system(self, folder):
+        write_raster(folder / "dem.tif", ground(), crs=None)
+        assert "expected a reference system, found none in the file" in refused(folder)
+        assert load([written(folder, TEXT, ("dem.tif", 'dem.tif, crs: "EPSG:2056"'))])
+
+    def test_a_release_outside(self, folder):
+        write_polygons(folder / "releases.gpkg", {"slide": (900, 0, 950, 50)})
+        line = refused(folder)
+        assert "release: expected a release in the domain" in line
+        assert "found 'slide' of releases.gpkg outside" in line
+
+    def test_a_release_on_no_data(self, folder):
+        elevation = ground()
+        elevation[10:30, :15] = -9999.0
+        write_raster(folder / "dem.tif", elevation)
+        assert "where there is data, found 'slide'" in refused(folder)
+
+    def test_a_release_partly_outside_is_warned_of(self, folder):
+        write_polygons(folder / "releases.gpkg", {"slide": (-30, -120, 30, -80)})
+        warnings = load([written(folder)])[0].warnings
+        assert "50 % of 'slide' of releases.gpkg lie outside the domain" in "\n".join(warnings)
+
+    def test_a_polygon_below_a_cell(self, folder):
+        write_polygons(folder / "releases.gpkg", {"slide": (20, -100, 24, -96)})
+        assert "expected polygons of a cell, 25 m2, or more, found 'slide'" in refused(folder)
+
+    def test_an_unknown_polygon(self, folder):
+        assert "expected one of the polygons slide, other, found 'slid'" in refused(
+            folder, ("name: slide", "name: slid")
+        )
+
+    def test_no_depth(self, folder):
+        write_polygons(folder / "releases.gpkg", {"slide": (20, -120, 50, -80)}, depth=np.nan)
+        assert "an attribute depth of each polygon above 0, found 'slide'" in refused(folder)
+
+    def test_a_domain_beyond_the_elevation_model(self, folder):
+        wanted = f"domain: {{x: [{WEST - 50}, {WEST + 200}], y: [{NORTH - 180}, {NORTH - 20}]}}\npoints"
+        assert "expected a domain on the elevation model, which covers x from 2600000" in refused(
+            folder, ("points", wanted)
+        )
+
+    def test_a_fine_spacing_is_warned_of(self, folder):
+        warnings = load([written(folder, TEXT, ("spacing: 5", "spacing: 1"))])[0].warnings
+        assert "more than 4 times finer than the elevation model of 5 m" in "\n".join(warnings)
+
+    def test_several_elevation_models(self, folder):
+        swept = ("time:", "sweep: {terrain.elevation: [dem.tif, dem2.tif]}\ntime:")
+        write_raster(folder / "dem2.tif", ground())
+        assert "expected one elevation model for all runs" in refused(folder, swept)
+
+    @pytest.mark.parametrize(
+        ("change", "words"),
+        [
+            (("spacing: 5", "layout: poisson-disc, count: 100"), "expected layout lattice"),
+            (("isotropic}", "mohr-coulomb, internal_friction: 30}"), "expected isotropic"),
+            (("time:", "boundaries: {x_min: wall}\ntime:"), "expected open"),
+            (("time:", "scheme: {form: collocation}\ntime:"), "expected form weighted-residual"),
+            (
+                ("polygons: releases.gpkg, name: slide", "shape: box, x: [1, 2], y: [1, 2], height: 1"),
+                "polygons",
+            ),
+        ],
+    )
+    def test_what_is_not_supported(self, folder, change, words):
+        assert words in refused(folder, change)
+
+
+def test_polygons_and_files_of_receptors_need_an_elevation_model(folder):
+    plane = ("{elevation: dem.tif, curvature_length: 20}", "{profile: plane, angle: 20}")
+    assert "polygons need an elevation model" in refused(folder, plane)
+
+
+def test_the_shipped_scenario_is_that_of_its_command(tmp_path):
+    shipped = ROOT / "scenarios" / "torrent"
+    torrent_terrain.write(tmp_path)
+    made, held = (load([folder / "torrent.yaml"])[0] for folder in (_copied(shipped, tmp_path), shipped))
+    assert json.loads(made.content) == json.loads(held.content)
+    assert [each.name for each in held.settings.places] == [name for name, _, _ in torrent_terrain.HOUSES]
+
+
+def _copied(shipped, folder):
+    (folder / "torrent.yaml").write_text((shipped / "torrent.yaml").read_text())
+    return folder
