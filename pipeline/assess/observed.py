@@ -25,7 +25,7 @@ RASTERS = (".tif", ".tiff")
 SLIVER, EDGE = 0.01, 100
 
 
-class ObservationError(Exception):
+class ObservationError(ValueError):
     """An observed deposit cannot be used; ``str()`` says why."""
 
 

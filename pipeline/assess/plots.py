@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from pipeline.assess.frames import mean_spacing, on_surface
 from pipeline.assess.gridding import gridded
+from pipeline.assess.relief import draw_relief
 
 PANEL_WIDTH = 4.6
 LEVELS = 10
@@ -81,8 +82,12 @@ def depth_panels(
     levels = MaxNLocator(LEVELS, min_n_ticks=5).tick_values(0, max(float(depth.max()), 1e-6))
     filled = [levels[1] / 20, *levels[1:]]
     norm = BoundaryNorm(levels, colormaps[COLOURS].N)
+    ground = store["elevation"].to_numpy() if on_surface(store) else None
     for panel, frame in zip(axes.flat, depth, strict=False):
         values = frame.to_numpy()
+        if ground is not None:
+            draw_relief(panel, x, y, ground, named=False)
+            panel.xaxis.set_major_locator(MaxNLocator(3))
         panel.contourf(x, y, values, levels=filled, cmap=COLOURS, norm=norm)
         panel.contour(x, y, values, levels=filled, colors="k", linewidths=0.3)
         _draw_bend(panel, _bend(store, run))

@@ -81,9 +81,12 @@ def unfinished(scenario: Scenario, counts: Mapping[Status, int]) -> Iterator[str
             f"lower bound: {advice}"
         )
     if lost:
+        ground = scenario.settings.on_surface
+        where = "where the domain or the data end" if ground else "through an open side"
+        larger = "or take a larger elevation model" if ground else "or leave it out"
         yield (
-            f"{scenario.name}: {lost} of {planned} runs lost material through an open side; how far they "
-            "reach is a lower bound: make the domain larger, or leave it out"
+            f"{scenario.name}: {lost} of {planned} runs lost material {where}; how far they reach is a lower "
+            f"bound: make the domain larger, {larger}"
         )
 
 

@@ -21,9 +21,9 @@ from numpy.typing import NDArray
 
 from pipeline.assess.georeference import Frame
 from pipeline.assess.plots import CHARACTERS_PER_INCH, COLOURS, LEVELS
+from pipeline.assess.relief import draw_relief
 from pipeline.hazard import intensity
 from pipeline.hazard.layers import Layer
-from pipeline.hazard.relief import draw_relief
 
 Array = NDArray[np.float64]
 WIDTH = 8.0

@@ -18,8 +18,8 @@ from pipeline.assess.frames import mean_spacing
 from pipeline.assess.georeference import Frame
 from pipeline.assess.gridding import gridded
 from pipeline.assess.plots import COLOURS, LEVELS, title_of
+from pipeline.assess.relief import draw_relief
 from pipeline.assess.tables import values
-from pipeline.hazard.relief import draw_relief
 
 CURVE_POINTS = 400
 FRAMES = 40

@@ -16,6 +16,7 @@ from solver.scheme import Collocation
 BYTES = {
     ("lattice", "weighted-residual"): 210,
     ("cloud", "weighted-residual"): 3100,
+    ("surface", "weighted-residual"): 620,
     ("lattice", "collocation"): 1300,
     ("cloud", "collocation"): 12900,
 }
@@ -58,6 +59,7 @@ def size(scenario: Scenario) -> Size | None:
     if scenario.points is not None:
         points = len(scenario.points.points)
     layout = "lattice" if isinstance(settings.points, LatticePoints) else "cloud"
+    layout = "surface" if settings.on_surface else layout
     form = "collocation" if settings.scheme.source is Collocation else "weighted-residual"
     frames = len(output_times(settings))
     kept = [field for field in FIELDS if field.name in settings.output.fields]

@@ -32,7 +32,7 @@ def hillshade(elevation: Array, spacing: float) -> Array:
     return np.asarray(np.clip(along / np.sqrt(1 + east**2 + north**2), 0.0, 1.0))
 
 
-def draw_relief(panel: Axes, x: Array, y: Array, elevation: Array) -> None:
+def draw_relief(panel: Axes, x: Array, y: Array, elevation: Array, *, named: bool = True) -> None:
     """Draw hillshade and contour lines of the ground, below all else; x (nx,) and y (ny,), m."""
     spacing = float(x[1] - x[0])
     half = spacing / 2
@@ -52,4 +52,5 @@ def draw_relief(panel: Axes, x: Array, y: Array, elevation: Array) -> None:
     levels = levels[(levels > low) & (levels < high)]
     if levels.size:
         lines = panel.contour(x, y, known, levels=levels, colors="0.35", linewidths=0.4, zorder=0.5)
-        panel.clabel(lines, fontsize="xx-small", fmt="%g m", inline_spacing=1)
+        if named:
+            panel.clabel(lines, fontsize="xx-small", fmt="%g m", inline_spacing=1)
