@@ -99,8 +99,7 @@ def _explain(error: ErrorDetails, data: Mapping[str, Any]) -> Problem:
         name = context["discriminator"].strip("'")
         tags = [kind(model) for at, model in _models().items() if at[:-1] == _names(loc)]
         if not isinstance(error["input"], Mapping):
-            expected = f"expected a mapping with the key {name}, one of {', '.join(tags)}"
-            return Problem(path, f"{expected}, found {describe(error['input'])}")
+            return Problem(path, f"expected a mapping, found {describe(error['input'])}")
         found = describe(error["input"].get(name))
         return Problem((*path, name), f"expected one of {', '.join(tags)}, found {found}")
     hint = of_number(error["input"]) if type_ in ("float_type", "int_type") else ""

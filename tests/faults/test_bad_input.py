@@ -187,13 +187,13 @@ def messages(tmp_path, *texts):
         pytest.param(
             "profile: plane",
             "profile: hill",
-            "2:20: terrain.profile: expected one of plane, bend, segments, table, found 'hill'",
+            "2:20: terrain.profile: expected one of plane, bend, segments, table, elevation, found 'hill'",
             id="profile",
         ),
         pytest.param(
             "profile: plane, ",
             "",
-            "2:1: terrain.profile: expected one of plane, bend, segments, table, found nothing",
+            "2:1: terrain.profile: expected one of plane, bend, segments, table, elevation, found nothing",
             id="no profile",
         ),
         pytest.param(
