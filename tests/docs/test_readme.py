@@ -1,4 +1,5 @@
 import re
+import shutil
 
 import numpy as np
 import pytest
@@ -57,12 +58,23 @@ def test_the_solver_snippet_gives_what_the_pipeline_stores(shipped, capsys):
 
 
 def test_the_scenario_holds(tmp_path):
-    (text,) = blocks("yaml")
+    text, _ = blocks("yaml")
     path = tmp_path / "heap.yaml"
     path.write_text(text)
     (scenario,) = load([path])
     assert len(expand(scenario)) == 3
     assert not scenario.warnings
+
+
+def test_the_scenario_on_an_elevation_model_holds(tmp_path):
+    _, text = blocks("yaml")
+    for name in ("terrain.tif", "releases.gpkg", "buildings.gpkg"):
+        shutil.copy(ROOT / "scenarios" / "torrent" / name, tmp_path)
+    path = tmp_path / "torrent.yaml"
+    path.write_text(text)
+    (scenario,) = load([path])
+    assert len(expand(scenario)) == 1
+    assert {receptor.name for receptor in scenario.settings.receptors} >= {"school", "farm"}
 
 
 @pytest.mark.parametrize("command", re.findall(r"^\| `pipeline ([^`]+)`", TEXT, flags=re.MULTILINE))
