@@ -21,7 +21,7 @@ RELEASE = "release: {shape: box, x: [1, 2], y: [-1, 1], height: 1}"
 MATERIAL = "material: {bed_friction: 20, internal_friction: 30}"
 TIME = "time: {end: 1}"
 TABLE = "terrain: {profile: table, file: missing.csv, smoothing: 1}"
-SHAPES = "hemisphere, cap, paraboloid, box, cylinder"
+SHAPES = "hemisphere, cap, paraboloid, box, cylinder, polygons"
 SECTIONS = "gravity, terrain, release, material, boundaries, scheme"
 
 
@@ -187,13 +187,13 @@ def messages(tmp_path, *texts):
         pytest.param(
             "profile: plane",
             "profile: hill",
-            "2:20: terrain.profile: expected one of plane, bend, segments, table, found 'hill'",
+            "2:20: terrain.profile: expected one of plane, bend, segments, table, elevation, found 'hill'",
             id="profile",
         ),
         pytest.param(
             "profile: plane, ",
             "",
-            "2:1: terrain.profile: expected one of plane, bend, segments, table, found nothing",
+            "2:1: terrain.profile: expected one of plane, bend, segments, table, elevation, found nothing",
             id="no profile",
         ),
         pytest.param(
