@@ -196,6 +196,30 @@ class TestMaps:
         assert "deposit_length" not in set(tables["scenarios"]["quantity"])
 
 
+def test_what_comes_to_no_data_has_left_and_scenarios_are_laid_over_each_other(folder):
+    elevation = ground()
+    elevation[:, 25:30] = -9999.0
+    write_raster(folder / "dem.tif", elevation)
+    files = [written(folder)]
+    files.append(files[0].with_name("other.yaml"))
+    files[1].write_text(TEXT.replace("name: small", "name: other").replace("friction: 16", "friction: 14"))
+    out = folder / "results"
+    told = []
+    results = pipeline.run(files, out, workers=1, quiet=True, warn=told.append)
+    assert "8.3 % of the domain have no data" in told[0]
+    table = results.table.set_index("scenario")
+    assert (table["status"] == "done_but_overrun").all()
+    assert (table["volume_out_open"] > 0.1 * table["volume_released"]).all()
+    assert table["volume_error"].abs().max() < 1e-13
+    gap = np.isnan(results["small"]["elevation"]).to_numpy()
+    assert (gap == np.isin(np.arange(COLUMNS), range(25, 30))).all()
+    # nothing flows beyond
+    assert float(results["small"]["max_depth"].isel(x=slice(31, None)).max()) == 0
+    maps = pipeline.hazard_maps(results, to=folder / "maps")
+    assert set(maps) == {"small", "other", "all scenarios"}
+    assert maps["all scenarios"].attrs["crs"] == "EPSG:2056"
+
+
 def test_what_is_not_supported_of_results_is_refused_in_one_line(place, folder):
     with pytest.raises(
         ValueError, match="small: expected runs on a slope profile, found some on an elevation"
