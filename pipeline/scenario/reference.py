@@ -24,6 +24,23 @@ One YAML file is one scenario. This page is made by `python -m pipeline.scenario
 
 Keys whose default is `required` must be there. A list is written as `[1, 2]`, a number with a decimal point
 and without separators. Angles are in degrees.
+
+On an elevation model a scenario lies on the map: `domain`, points and `receptors` are in eastings and
+northings of its reference system, and releases are polygons, as in `scenarios/torrent/torrent.yaml`:
+
+```yaml
+terrain: {elevation: terrain.tif, curvature_length: 20}
+points: {spacing: 4}
+release: {polygons: releases.gpkg, name: slide, volume: 12000}
+material: {bed_friction: 7, turbulent_friction: 250, earth_pressure: isotropic}
+receptors: buildings.gpkg
+```
+
+Files are found relative to the scenario file; their content is part of the scenario. Polygons and receptors
+may be in any reference system. Where spacings agree the points are the centres of the elevation model's
+cells, the domain being moved on to them. It takes a lattice, the weighted-residual form, isotropic earth
+pressure and open sides. All runs of a scenario have one elevation model; its curvature length, the polygons
+and their depth or volume may be varied.
 """
 _TABLE = "| key | unit | values | default | meaning |\n|---|---|---|---|---|"
 

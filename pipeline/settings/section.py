@@ -101,7 +101,8 @@ def chosen_by(name: str, default: str = "", implied: Mapping[str, str] | None = 
 
     def value_of(value: Any) -> Any:
         if not isinstance(value, Mapping):
-            return getattr(value, name, default)
+            # any section refuses what is no mapping, in its own words
+            return getattr(value, name, default or next(iter((implied or {}).values()), None))
         said = (word for other, word in (implied or {}).items() if other in value)
         return value.get(name, next(said, default or None))
 

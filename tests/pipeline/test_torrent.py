@@ -14,6 +14,9 @@ from root import ROOT
 
 import pipeline
 from pipeline.errors import BadInput
+from pipeline.report.comparison import draw
+from pipeline.runs.runs import expand, share
+from pipeline.runs.scene_of_run import build_scene
 from pipeline.scenario.scenario import load
 from pipeline.store.verify import verify
 from pipeline.studies import torrent_terrain
@@ -191,6 +194,69 @@ class TestMaps:
         assert rows.loc["hut", "probability"] == 0
         assert "lowest_elevation" in set(tables["scenarios"]["quantity"])
         assert "deposit_length" not in set(tables["scenarios"]["quantity"])
+
+
+def test_what_comes_to_no_data_has_left_and_scenarios_are_laid_over_each_other(folder):
+    elevation = ground()
+    elevation[:, 25:30] = -9999.0
+    write_raster(folder / "dem.tif", elevation)
+    files = [written(folder)]
+    files.append(files[0].with_name("other.yaml"))
+    files[1].write_text(TEXT.replace("name: small", "name: other").replace("friction: 16", "friction: 14"))
+    out = folder / "results"
+    told = []
+    results = pipeline.run(files, out, workers=1, quiet=True, warn=told.append)
+    assert "8.3 % of the domain have no data" in told[0]
+    table = results.table.set_index("scenario")
+    assert (table["status"] == "done_but_overrun").all()
+    assert (table["volume_out_open"] > 0.1 * table["volume_released"]).all()
+    assert table["volume_error"].abs().max() < 1e-13
+    gap = np.isnan(results["small"]["elevation"]).to_numpy()
+    assert (gap == np.isin(np.arange(COLUMNS), range(25, 30))).all()
+    # nothing flows beyond
+    assert float(results["small"]["max_depth"].isel(x=slice(31, None)).max()) == 0
+    maps = pipeline.hazard_maps(results, to=folder / "maps")
+    assert set(maps) == {"small", "other", "all scenarios"}
+    assert maps["all scenarios"].attrs["crs"] == "EPSG:2056"
+
+
+def test_what_is_not_supported_of_results_is_refused_in_one_line(place, folder):
+    with pytest.raises(
+        ValueError, match="small: expected runs on a slope profile, found some on an elevation"
+    ):
+        pipeline.calibrate(place / "small.zarr", folder / "releases.gpkg")
+    with pytest.raises(FileNotFoundError, match="holds no store on a slope profile"):
+        draw(place, folder / "figures")
+
+
+def test_depth_and_the_curvature_length_can_be_varied(folder):
+    varied = (
+        "time:",
+        "sweep: {terrain.curvature_length: [0, 40], release.name: [slide, other]}\n"
+        "sample: {count: 2, values: {release.depth: {distribution: uniform, lower: 1, upper: 2}}}\ntime:",
+    )
+    scenario = load([written(folder, TEXT, varied)])[0]
+    runs = expand(scenario)
+    assert len(runs) == 8
+    shared = share(scenario, runs[:1])
+    prepared = [build_scene(run, shared) for run in runs]
+    assert [each.terrain.curvature_length for each in prepared] == [0] * 4 + [40] * 4
+    for run, each in zip(runs, prepared, strict=True):
+        assert each.scene.depth.max() == pytest.approx(run.parameters["release_depth"])
+    # one raster for all runs
+    assert len({id(each.terrain.elevation) for each in prepared}) == 1
+
+
+def test_depth_may_be_measured_vertically(folder):
+    plan = 30 * 40 * 1.5
+    volumes = [
+        build_scene(runs[0], share(scenario, runs[:1])).volume_laid
+        for measured in ("normal", "vertical")
+        for scenario in load([written(folder, TEXT, ("name: slide", f"name: slide, measured: {measured}"))])
+        for runs in [expand(scenario)]
+    ]
+    assert volumes[1] == pytest.approx(plan)
+    assert volumes[0] > 1.05 * plan
 
 
 def test_the_hash_of_both_files_is_part_of_a_scenario(folder):
