@@ -63,4 +63,4 @@ def survey(out: Location) -> Iterator[Survey]:
 def use(out: Location) -> str:
     """Say who is at a place."""
     found = holder(out)
-    return f"in use by {found}" if found else "nobody is at it"
+    return f"in use by {found}" if found else "no process uses it"

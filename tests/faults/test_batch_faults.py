@@ -47,7 +47,7 @@ def finish(file: Path, out: Path, log: Path, whole: dict[str, bytes]) -> None:
     assert set(before) <= {Status.DONE, Status.PENDING}
     assert told(out) == (
         f"box: {len(ANGLES)} runs: {len(ANGLES) - done} pending, {done} done, 0 failed, 0 done but overrun",
-        "nobody is at it",
+        "no process uses it",
     )
     assert pipeline("verify", out).exit_code == 0
     assert run(out, file, solve=partial(by_friction, log=log)).exit_code == 0

@@ -36,7 +36,7 @@ def test_it_counts_the_runs_of_each_scenario_and_says_what_made_them(done):
         solver, summaries = (provenance.made_by()[f"{of}_hash"][:12] for of in ("solver", "summary"))
         assert line == f"  scenario {scenario}, made by lmls 0.1.0, solver {solver}, summaries {summaries}"
     assert lines[4].startswith("box run 1, bed_friction=13.0: failed: not finite at t = 0.5 s")
-    assert lines[5:] == ["1 failed; run again with --retry-failed to repeat them", "nobody is at it"]
+    assert lines[5:] == ["1 failed; run again with --retry-failed to repeat them", "no process uses it"]
 
 
 def test_it_names_who_holds_the_place_and_does_not_hinder_them(done):
@@ -50,7 +50,7 @@ def test_it_names_who_holds_the_place_and_does_not_hinder_them(done):
         )
         process.kill()
     assert holder(out) is None
-    assert pipeline("status", out).stdout.splitlines()[-1] == "nobody is at it"
+    assert pipeline("status", out).stdout.splitlines()[-1] == "no process uses it"
 
 
 def test_it_writes_nothing_and_refuses_a_place_without_results(done, tmp_path):
