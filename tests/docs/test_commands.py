@@ -39,6 +39,10 @@ SMALL = {
         *(("spacing: 4", "spacing: 16"), ("count: 256", "count: 40")),
         *(("[0.25, 0.5, 1]", "[0.5]"), ("[1, 5, 10]", "[5]"), ("[10, 30]", "[30]")),
     ),
+    "torrent": (
+        *(("points: {spacing: 4}", "points: {spacing: 16}"), ("count: 12", "count: 2")),
+        ("end: 1800, output_every: 60", "end: 60, output_every: 60"),
+    ),
     "paper": (
         *(("spacing: 0.2", "spacing: 0.5"), ("count: 15700", "count: 900")),
         *(("end: 24, output_every: 1", "end: 2, output_every: 1"), ("end: 24", "end: 2")),
@@ -48,7 +52,8 @@ SMALL = {
 ELSEWHERE = ("pip", "pytest", "ruff", "mypy", ".ci/run")
 SLOW_MODULES = (
     *("pipeline.studies.scale", "pipeline.studies.collocation_scan", "pipeline.studies.stability"),
-    "solver.verification.exact_cases",
+    *("solver.verification.exact_cases", "solver.verification.surface_cases"),
+    *("pipeline.studies.convergence", "pipeline.studies.torrent_terrain"),
 )
 
 
@@ -100,17 +105,18 @@ def folder(shipped, tmp_path_factory) -> Path:
     for path in (ROOT / "scenarios").iterdir():
         if path.is_file():
             (here / "scenarios" / path.name).symlink_to(path)
-    for name in ("valley", "paper"):
+    for name in ("valley", "paper", "torrent"):
         (here / "scenarios" / name).mkdir()
         for path in (ROOT / "scenarios" / name).iterdir():
-            text = path.read_text(encoding="utf-8")
-            (here / "scenarios" / name / path.name).write_text(
-                smaller(text, name) if path.suffix == ".yaml" else text
-            )
+            if path.suffix == ".yaml":
+                text = smaller(path.read_text(encoding="utf-8"), name)
+                (here / "scenarios" / name / path.name).write_text(text)
+            else:
+                shutil.copy(path, here / "scenarios" / name)
     shutil.copytree(ROOT / "docs", here / "docs")
     # other tests look at the results of the catalogue too
     shutil.copytree(shipped.out, here / "results", copy_function=os.link)
-    (block,) = re.findall(r"^```yaml\n(.*?)^```$", TEXTS["README.md"], flags=re.MULTILINE | re.DOTALL)
+    block, _ = re.findall(r"^```yaml\n(.*?)^```$", TEXTS["README.md"], flags=re.MULTILINE | re.DOTALL)
     (here / "heap.yaml").write_text(smaller(block, "heap"))
     (here / "outline.csv").write_text("x,y\n60,-20\n100,-20\n100,20\n60,20\n")
     return here
