@@ -154,14 +154,17 @@ def _status(row: Mapping[Hashable, Any]) -> str:
 
 
 def _ranges(table: pd.DataFrame) -> Table:
-    """Give a row a scenario: how many runs are in which state, and the range of run-out and speed."""
+    """Give a row a scenario: how many runs are in which state, and the range of run-out and speed.
+
+    All runs count equally here; tables of `pipeline hazard` weigh them by probability.
+    """
     states = list(dict.fromkeys(table["status"]))
     shown = Table(
         "scenario",
         "runs",
         *(state.removeprefix("done_but_").replace("_", " ") for state in states),
-        "run-out (m)\nleast, median, largest",
-        "peak speed (m s-1)\nleast, median, largest",
+        "run-out (m)\nleast, median, largest run",
+        "peak speed (m s-1)\nleast, median, largest run",
         box=SIMPLE_HEAD,
         padding=(0, 1, 0, 0),
         pad_edge=False,

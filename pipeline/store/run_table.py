@@ -118,9 +118,11 @@ def units(table: pd.DataFrame) -> dict[str, str]:
 
 def _unit(column: str) -> str:
     """Find the unit of a column by its name, or by that of the quantity it is a statistic of."""
-    for prefix in ("", "median_", "largest_", "first_", "max_"):
-        if column.startswith(prefix) and (unit := UNITS.get(column.removeprefix(prefix))):
-            return unit
+    if unit := UNITS.get(column):
+        return unit
+    for prefix in ("median_", "largest_", "first_", "max_"):
+        if column.startswith(prefix):
+            return _unit(column.removeprefix(prefix))
     return ""
 
 

@@ -1,7 +1,8 @@
 """How results on the chute change from one spacing to the next, under each choice of the earth pressure.
 
 ``python -m pipeline.studies.convergence`` prints the tables. ``--finest 0.05`` stops at that spacing in two
-dimensions, and takes a minute; the default, 0.025, takes ten. ``--cloud`` adds those on clouds.
+dimensions, and takes a minute; the default, 0.025, takes ten. ``--cloud`` adds those on clouds,
+and ``--law smooth`` leaves the other laws out.
 """
 
 from __future__ import annotations
@@ -172,8 +173,8 @@ def lines(name: str, runs: list[tuple[Points, Result]], differences: Array) -> I
     yield ""
 
 
-def report(finest: float, cloud: bool) -> Iterator[str]:
-    """Give all tables, each under its title."""
+def report(finest: float, cloud: bool, only: str | None = None) -> Iterator[str]:
+    """Give all tables, each under its title; of all laws or of one."""
     flat = [spacing for spacing in SPACINGS if spacing >= finest]
     kinds: list[tuple[str, Callable[[float], Points], Callable[[Points], Scene], Sequence[float]]] = [
         ("two dimensions", lattice, heap, flat),
@@ -184,7 +185,8 @@ def report(finest: float, cloud: bool) -> Iterator[str]:
     for title, points, scene, spacings in kinds:
         for phi in (30.0, 40.0):
             yield from (f"## Chute, phi = {phi:g}, {title}", "")
-            for name, law in laws(phi).items():
+            chosen = {name: law for name, law in laws(phi).items() if only in (None, name)}
+            for name, law in chosen.items():
                 yield from lines(name, *ladder(points, scene, law, spacings))
 
 
@@ -193,8 +195,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--finest", type=float, default=SPACINGS[-1], help="finest spacing, two dimensions")
     parser.add_argument("--cloud", action="store_true", help="also on clouds")
+    parser.add_argument("--law", choices=list(laws(BED_FRICTION)), help="this law alone")
     given = parser.parse_args()
-    for line in report(given.finest, given.cloud):
+    for line in report(given.finest, given.cloud, given.law):
         print(line, flush=True)
 
 

@@ -107,8 +107,9 @@ def shrunk(row: Row) -> Drawn:
     ready = prepared(smallest)
     found = watch(ready.scene, float(ready.times[-1]), work, stop_at_first=True)
     check, time = found.violations.get(law, (check, time))
-    # beyond the step that breaks it, and none of its steps cut
-    smallest = ending(smallest, float(f"{1.1 * time:.4g}") or smallest.data["time"]["end"])
+    # beyond the step that breaks it; an end so near that it shortens that step may hide it
+    ends = (ending(smallest, float(f"{times * time:.4g}")) for times in (1.1, 3.0, 10.0) if time > 0)
+    smallest = next((short for short in ends if fails(short)), smallest)
     told = f"breaks the law: {law}; {check.value:.3g} where {check.limit:.3g} is allowed, at t = {time:.4g} s"
     return replace(smallest, data={"name": smallest.name, "description": told, **smallest.data})
 

@@ -1,6 +1,6 @@
 import pandas as pd
 
-from pipeline.store.run_table import markdown
+from pipeline.store.run_table import markdown, units
 
 
 def test_bars_and_ends_of_lines_in_names_keep_a_markdown_table_whole():
@@ -9,3 +9,8 @@ def test_bars_and_ends_of_lines_in_names_keep_a_markdown_table_whole():
     assert head == "| receptor | a\\|b |"
     assert rule == "| --- | --- |"
     assert rows == ["| road \\| bridge | 1 |", "| two lines | 2 |", "| back\\\\slash | 3 |"]
+
+
+def test_a_statistic_of_a_statistic_has_the_unit_of_its_quantity():
+    table = pd.DataFrame(columns=["receptor", "median_max_pressure", "largest_max_depth", "first_arrival"])
+    assert units(table) == {"median_max_pressure": "kPa", "largest_max_depth": "m", "first_arrival": "s"}
