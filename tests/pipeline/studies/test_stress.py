@@ -57,7 +57,7 @@ def test_a_scene_that_once_broke_a_law_keeps_them_all(file):
 
 @pytest.mark.xfail(strict=True, reason="docs/stability.md, Open")
 def test_no_film_behind_a_cylinder_is_thrown_off():
-    """A corner cell that drains in one step keeps a momentum that is not its own."""
+    """A dry cell beside the rim gets wet in a step, with seven times the speed of the flow."""
     ready = prepared(read(ROOT / "scenarios" / "stress" / "open" / "left-behind-a-cylinder.yaml"))
     assert watch(ready.scene, float(ready.times[-1]), 2e6).violations == {}
 
