@@ -45,7 +45,7 @@ def layers(found: xr.Dataset) -> Iterator[Layer]:
             yield from _thresholds(found, quantity)
         elif what == "quantile":
             for i, level in enumerate(found["quantile"].to_numpy().tolist()):
-                title = f"{_words(quantity)} that {level:g} of the runs keep to"
+                title = f"{_words(quantity)} that {level:g} of the {_counted(found)} keep to"
                 units = found[name].attrs["units"]
                 values = {
                     bound: part.isel(quantile=i, drop=True)
@@ -53,9 +53,8 @@ def layers(found: xr.Dataset) -> Iterator[Layer]:
                 }
                 yield Layer(f"{name}_{level:g}", title, units, "value", values, quantity)
     if "arrival_share" in found:
-        yield Layer(
-            "arrival_share", "share of runs that arrive", "1", "share", _bounds(found, "arrival_share")
-        )
+        title = f"share of {_counted(found)} that arrive"
+        yield Layer("arrival_share", title, "1", "share", _bounds(found, "arrival_share"))
         if "arrival_rate" in found:
             title = "events a year that arrive"
             yield Layer("arrival_rate", title, "year-1", "rate", _bounds(found, "arrival_rate"))
@@ -91,9 +90,14 @@ def _thresholds(found: xr.Dataset, quantity: str) -> Iterator[Layer]:
             bound: part.isel({thresholds.name: i}, drop=True)
             for bound, part in _bounds(found, f"{quantity}_exceedance").items()
         }
-        title = f"share of runs with a {_words(quantity)} above {threshold:g} {units}"
+        title = f"share of {_counted(found)} with a {_words(quantity)} above {threshold:g} {units}"
         name = f"{quantity}_above_{threshold:g}"
         yield Layer(name, title, "1", "share", values, quantity, threshold, units)
+
+
+def _counted(found: xr.Dataset) -> str:
+    """Name what shares are of: return periods weigh runs by the events that they stand for."""
+    return "events" if "events_per_year" in found.attrs else "runs"
 
 
 def _bounds(found: xr.Dataset, name: str) -> dict[str, xr.DataArray]:

@@ -111,6 +111,10 @@ def map_hazard(runs: xr.Dataset, settings: Hazard) -> xr.Dataset:
     frequency = events_per_year(runs)
     if frequency is not None:
         found.update(_rates(found, frequency))
+        # return periods weigh runs by the events that they stand for
+        for variable in (*found.data_vars.values(), *found.coords.values()):
+            if words := variable.attrs.get("long_name"):
+                variable.attrs["long_name"] = str(words).replace("share of runs", "share of events", 1)
     return found.assign_attrs(_attributes(counts(runs), settings, frequency))
 
 

@@ -181,7 +181,7 @@ class _Colours:
     def explain(self, figure: Figure, panels: Sequence[Axes]) -> None:
         """Add the legend."""
         if self.layer.kind != "class":
-            names = {"share": "share of runs", "rate": "events a year", "time": "time"}
+            names = {"share": " ".join(self.layer.title.split()[:3]), "rate": "events a year", "time": "time"}
             label = names.get(self.layer.kind, self.layer.quantity.replace("_", " "))
             units = f" ({self.layer.units})" if self.layer.units != "1" else ""
             bar = figure.colorbar(

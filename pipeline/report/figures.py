@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from PIL import Image
 
-from pipeline.assess.ensemble import counts
+from pipeline.assess.ensemble import counts, events_per_year
 from pipeline.assess.frames import mean_spacing
 from pipeline.assess.georeference import Frame
 from pipeline.assess.gridding import gridded
@@ -61,7 +61,8 @@ def runout_curve(store: xr.Dataset) -> bytes | None:
         )
     axes.plot(distance, shares.estimate, color=colormaps[COLOURS](0.9), linewidth=1.6, label="computed runs")
     axes.set_xlabel("run-out: horizontal distance from the crown of the release to the deposit's toe (m)")
-    axes.set_ylabel("share of runs that go farther")
+    counted = "runs" if events_per_year(store) is None else "events"
+    axes.set_ylabel(f"share of {counted} that go farther")
     axes.set_xlim(distance[0], distance[-1])
     axes.set_ylim(0, 1.02)
     axes.grid(alpha=0.3)

@@ -127,7 +127,7 @@ def _scenario(out: Location, name: str, found: xr.Dataset, run: int | None) -> C
             runs=str(found.attrs["comment"]),
             maps=first,
             others=others,
-            curve=None if curve is None else Picture("share of runs by run-out", _uri(curve, "png")),
+            curve=None if curve is None else Picture("run-out", _uri(curve, "png")),
             motion=None if motion is None else Picture(f"run {shown} in motion", _uri(motion, "webp")),
             tables=[table for table in tables if table is not None],
             text=str(store.attrs["scenario"]),

@@ -16,6 +16,7 @@ from pipeline.assess.ensemble import NotTogetherError, counts, ensemble, togethe
 from pipeline.assess.probability import BOUNDS, quantiles
 from pipeline.cli.app import app
 from pipeline.hazard.intensity import UNKNOWN
+from pipeline.hazard.layers import layers
 from pipeline.hazard.mapping import FILE, map_hazard, write
 from pipeline.settings.hazard import Hazard, Intensity
 from pipeline.store.variables import Status
@@ -221,6 +222,18 @@ class TestIntensity:
     def test_levels_that_a_missing_run_cannot_change_are_known(self):
         found = mapped([[2.0, 0.0], [np.nan] * 2], [[2.0, 0.0]] * 2, [1, 2], return_period=[30, 1000])
         assert found["hazard_level"].values.ravel().tolist() == [4, UNKNOWN]
+
+    def test_shares_are_of_events_with_return_periods(self):
+        depth = [[0.5], [0.0]]
+        counted = {
+            word: [layer.title for layer in layers(mapped(depth, depth, return_period=periods))]
+            for word, periods in (("events", [30, 100]), ("runs", None))
+        }
+        for word, other in (("events", "runs"), ("runs", "events")):
+            shares = [title for title in counted[word] if title.startswith("share of")]
+            assert shares
+            assert all(title.startswith(f"share of {word} ") for title in shares)
+            assert not any(f"share of {other}" in title for title in counted[word])
 
     def test_levels_of_a_return_period_without_runs_are_unknown_with_bounds(self):
         found = mapped([[0.5], [np.nan]], [[0.5], [np.nan]], [1, 2], return_period=[100, 300])
