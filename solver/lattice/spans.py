@@ -40,6 +40,32 @@ def hull(spans: Indices, first: int, last: int) -> tuple[int, int]:
 
 
 @kernel()
+def trim(spans: Spans, j: int, h: Array, static: Array, dry: float, start: int) -> None:
+    """Trim the wet span of row ``j``, which begins at index ``start``, and find the moving one within it.
+
+    Parameters
+    ----------
+    h, static : (cells,) arrays
+        Depth, m, and status; 0 where a cell moves.
+    dry : float
+        Depth up to which a cell counts as dry, m.
+    """
+    lo, hi = spans.wet[0, j], spans.wet[1, j]
+    while lo < hi and h[start + lo] <= dry:
+        lo += 1
+    while lo < hi and h[start + hi - 1] <= dry:
+        hi -= 1
+    # an empty span is written in one way, whatever it was trimmed from
+    lo, hi = (lo, hi) if lo < hi else (0, 0)
+    spans.wet[0, j], spans.wet[1, j] = lo, hi
+    while lo < hi and static[start + lo] != 0.0:
+        lo += 1
+    while lo < hi and static[start + hi - 1] != 0.0:
+        hi -= 1
+    spans.moving[0, j], spans.moving[1, j] = (lo, hi) if lo < hi else (0, 0)
+
+
+@kernel()
 def spread(spans: Spans, static: Array, sides: Sides, grid: Grid) -> tuple[int, int, int]:
     """Set the spans to be stepped: moving cells and their neighbours, within the domain, in whole vectors.
 

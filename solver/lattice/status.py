@@ -25,7 +25,7 @@ from solver.kernels.state import (
     Status,
 )
 from solver.lattice.ghosts import fill_ghosts
-from solver.lattice.spans import Spans
+from solver.lattice.spans import Spans, trim
 
 
 @kernel(unaliased=True)
@@ -181,18 +181,7 @@ def classify(
             copy_status(status, (GHOSTS - 1) * m + lo, j * m + lo, hi - lo)
         if j == grid.rows - GHOSTS - 1:
             copy_status(status, (j + 1) * m + lo, j * m + lo, hi - lo)
-        while lo < hi and now.h[j * m + lo] <= material.dry:
-            lo += 1
-        while lo < hi and now.h[j * m + hi - 1] <= material.dry:
-            hi -= 1
-        # an empty span is written in one way, whatever it was trimmed from
-        lo, hi = (lo, hi) if lo < hi else (0, 0)
-        spans.wet[0, j], spans.wet[1, j] = lo, hi
-        while lo < hi and static[j * m + lo] != 0.0:
-            lo += 1
-        while lo < hi and static[j * m + hi - 1] != 0.0:
-            hi -= 1
-        spans.moving[0, j], spans.moving[1, j] = (lo, hi) if lo < hi else (0, 0)
+        trim(spans, j, now.h, static, material.dry, j * m)
     rate: float = driven_rate(now.h, status, bed, material, sides, grid)
     for c in range(m):
         if spans.rate[c] > 0.0:

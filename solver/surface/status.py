@@ -11,7 +11,7 @@ from solver.compiled import kernel
 from solver.kernels.runge_kutta import less_moving
 from solver.kernels.source_terms import below_yield
 from solver.kernels.state import BELOW_YIELD, DRY, GHOSTS, Fields, Grid, Material
-from solver.lattice.spans import Spans
+from solver.lattice.spans import Spans, trim
 from solver.surface.metric import Metric
 
 
@@ -112,17 +112,7 @@ def classify_surface(
         if lo >= hi:
             continue
         classify_row(now, static, metric, material, grid, spans.rate, j * m + lo, lo, hi - lo)
-        while lo < hi and now.h[j * m + lo] <= material.dry:
-            lo += 1
-        while lo < hi and now.h[j * m + hi - 1] <= material.dry:
-            hi -= 1
-        lo, hi = (lo, hi) if lo < hi else (0, 0)
-        spans.wet[0, j], spans.wet[1, j] = lo, hi
-        while lo < hi and static[j * m + lo] != 0.0:
-            lo += 1
-        while lo < hi and static[j * m + hi - 1] != 0.0:
-            hi -= 1
-        spans.moving[0, j], spans.moving[1, j] = (lo, hi) if lo < hi else (0, 0)
+        trim(spans, j, now.h, static, material.dry, j * m)
     fastest = 0.0
     for c in range(m):
         fastest = max(fastest, spans.rate[c])
