@@ -17,7 +17,7 @@ from solver.cloud.fluxes import CloudBuffers, fluxes_through
 from solver.cloud.reconstruction import flatten_fed, slopes_at
 from solver.compiled import kernel
 from solver.kernels.boundary import account
-from solver.kernels.source_terms import acting_depth, update_cell
+from solver.kernels.source_terms import acting_share, update_cell
 from solver.kernels.state import BELOW_YIELD, LANES, RETAINED, CloudBed, Fields, Material, Status
 
 # Blocks taken at a time, so that their fluxes are still at hand when their cells are updated.
@@ -159,7 +159,7 @@ def update_run(
         i = np.uint64(k)
         h, over = now.h[i], 1.0 / area[i]
         transport = gain[0, i] * over, gain[1, i] * over, gain[2, i] * over
-        load = acting_depth(h, h + dt * transport[0])
+        load = h * acting_share(h, h + dt * transport[0])
         pull = 0.0 if status.static[i] == BELOW_YIELD else bed.along[i] * load
         out.h[i], out.u[i], out.v[i] = update_cell(
             (start.h[i], start.u[i], start.v[i]),

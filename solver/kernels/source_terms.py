@@ -40,14 +40,14 @@ def below_yield(drive_x: float, drive_y: float, normal: float, material: Materia
 
 
 @kernel(inline=True)
-def acting_depth(before: float, after: float) -> float:
-    """Depth that gravity and friction act on in a stage, m, by the depths before and after it.
+def acting_share(before: float, after: float) -> float:
+    """Share of a cell's depth that gravity, friction and pressure act on in a stage, by the depths around it.
 
-    It is the one before, but at most twice the one after: what is left of a cell that runs dry would
-    otherwise be given the momentum of all that has left it.
+    It is all of it, but at most twice what is left: what is left of a cell that runs dry would otherwise be
+    given the momentum of all that has left it.
     """
     left = 2.0 * after if after > 0.0 else 0.0
-    return before if before < left else left
+    return left / before if left < before else 1.0
 
 
 @kernel(inline=True)

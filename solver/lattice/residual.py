@@ -20,7 +20,7 @@ from solver.arrays import Array
 from solver.compiled import ONE, kernel
 from solver.kernels.boundary import account, boundary_flux
 from solver.kernels.riemann import hll
-from solver.kernels.source_terms import acting_depth, update_cell
+from solver.kernels.source_terms import acting_share, update_cell
 from solver.kernels.state import (
     AXIS,
     BELOW_YIELD,
@@ -362,14 +362,15 @@ def update_row(
         gain_v = (x_fluxes.tangential[w] - x_fluxes.tangential[e]) * over_x
         gain_v += (y_fluxes.normal[s] - y_fluxes.normal[n]) * over_y
         free = 0.0 if status.static[i] == BELOW_YIELD else 1.0
-        load = acting_depth(h, h + dt * gain)
+        acting = acting_share(h, h + dt * gain)
+        load, free = acting * h, acting * free
         push_x = status.beta_x[i] * (x_fluxes.pressure[w] - x_fluxes.pressure[e]) * over_x
         push_y = status.beta_y[i] * (y_fluxes.pressure[s] - y_fluxes.pressure[n]) * over_y
         out.h[i], out.u[i], out.v[i] = update_cell(
             (start.h[c], start.u[c], start.v[c]),
             (h, now.u[i], now.v[i]),
             (gain, gain_u, gain_v),
-            (free * (push_x + bed.along[c] * load), free * push_y),
+            (free * (push_x + bed.along[c] * h), free * push_y),
             (bed.normal[c], bed.curvature[c]),
             load,
             part,

@@ -14,7 +14,7 @@ import numpy as np
 from solver.arrays import Array
 from solver.compiled import ONE, kernel
 from solver.kernels.riemann import hll
-from solver.kernels.source_terms import acting_depth, update_cell
+from solver.kernels.source_terms import acting_share, update_cell
 from solver.kernels.state import BELOW_YIELD, LANES, RETAINED, Fields, Fluxes, Material, whole
 from solver.lattice.arrays import RING
 from solver.lattice.residual import copy_row, limit_outflow
@@ -111,9 +111,9 @@ def update_row(
         per_area, g_n = metric.per_area[i], metric.g_n[i]
         h_1, u_1, v_1 = now.h[i], now.u[i], now.v[i]
         gain = ((x_mass[f_w] - x_mass[f_e]) + (y_mass[f_s] - y_mass[f_n])) * per_area
-        load = acting_depth(h_1, h_1 + dt * gain)
-        free = 0.0 if static[i] == BELOW_YIELD else 1.0
-        push = free * g_n
+        acting = acting_share(h_1, h_1 + dt * gain)
+        load, free = acting * h_1, 0.0 if static[i] == BELOW_YIELD else 1.0
+        push = acting * (free * g_n)
         n_w, n_e = x_normal[f_w] + push * x_pressure[f_w], x_normal[f_e] + push * x_pressure[f_e]
         n_s, n_n = y_normal[f_s] + push * y_pressure[f_s], y_normal[f_n] + push * y_pressure[f_n]
         t_w, t_e, t_s, t_n = x_tangential[f_w], x_tangential[f_e], y_tangential[f_s], y_tangential[f_n]

@@ -412,7 +412,9 @@ class Run(Twin):
         free = self.static[INNER] != 2
         left = h_1 + dt * (difference(x.mass) / self.dx + difference(y.mass.T).T / self.dy)
         load = loaded(h_1, left)
-        beta_x, beta_y = self.beta_x[INNER], self.beta_y[INNER]
+        # pressure acts on the same share of what was there
+        acting = np.where(load < h_1, load / np.where(h_1 > 0, h_1, 1.0), 1.0)
+        beta_x, beta_y = acting * self.beta_x[INNER], acting * self.beta_y[INNER]
         gravity = self.along[2:-2] * load
         force_x = beta_x * difference(x.pressure) / self.dx + gravity
         force_y = beta_y * difference(y.pressure.T).T / self.dy

@@ -55,19 +55,6 @@ def test_a_scene_that_once_broke_a_law_keeps_them_all(file):
     assert watch(ready.scene, float(ready.times[-1]), 2e6).violations == {}
 
 
-@pytest.mark.xfail(strict=True, reason="docs/stability.md, Open")
-def test_no_film_behind_a_cylinder_is_thrown_off():
-    """A dry cell beside the rim gets wet in a step, with seven times the speed of the flow."""
-    ready = prepared(read(ROOT / "scenarios" / "stress" / "open" / "left-behind-a-cylinder.yaml"))
-    assert watch(ready.scene, float(ready.times[-1]), 2e6).violations == {}
-
-
-def test_a_film_behind_a_cylinder_breaks_one_law_alone():
-    """Until it is mended: volume, depth and energy stay right."""
-    ready = prepared(read(ROOT / "scenarios" / "stress" / "open" / "left-behind-a-cylinder.yaml"))
-    assert set(watch(ready.scene, float(ready.times[-1]), 2e6).violations) <= {"speed has a source"}
-
-
 def test_what_underflows_does_not_hang_on_units():
     """Ahead of the layer from a side of given depth, velocities decay below what doubles can hold."""
     checks = repeat(read(next(path for path in ONCE_BROKEN if path.stem == "spray-that-underflows")))
