@@ -21,6 +21,7 @@ LAYERS = (
     *(
         "pipeline.mistakes",
         "pipeline.errors",
+        "pipeline.readable",
         "pipeline.store",
         "pipeline.settings",
         "pipeline.inputs",

@@ -193,7 +193,10 @@ def _pawn(analyze: Any, inputs: Mapping[str, Array], values: Array) -> Iterator[
 
         def index(of: Array, rows: NDArray[np.intp] | slice = slice(None)) -> float:
             ranks = np.argsort(np.argsort(given[rows], kind="stable"))  # noqa: B023
-            return float(analyze(problem, ranks[:, None], of[rows], S=slices, seed=SEED)["median"][0])  # noqa: B023
+            # where all distances are zero their coefficient of variation, which nobody asks for, is 0/0
+            with np.errstate(invalid="ignore"):
+                found = analyze(problem, ranks[:, None], of[rows], S=slices, seed=SEED)  # noqa: B023
+            return float(found["median"][0])
 
         best = index(values)
         half = NORMAL * float(np.std([index(values, rows) for rows in again], ddof=1))

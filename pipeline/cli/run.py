@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -11,6 +12,13 @@ import pipeline
 from pipeline.cli.exit_codes import BAD_INPUT, exit_on_errors
 from pipeline.cli.options import Files, Json, read_place
 from pipeline.errors import BadInput
+from pipeline.readable import number
+
+if TYPE_CHECKING:
+    from pipeline.runs.run import Run
+
+# runs that validate lists before it gives the ranges of all
+MOST_LISTED = 10
 
 
 def run(
@@ -117,10 +125,24 @@ def validate(files: Files, as_json: Json = False) -> None:
         count = f"{len(runs)} run{'s' if len(runs) > 1 else ''}"
         large = size(scenario) or "points known once the domain is found"
         typer.echo(f"{scenario.path}: {scenario.name}: {count}, {large}")
-        for each in runs:
-            if each.parameters:
-                values = ", ".join(f"{name}={value}" for name, value in each.parameters.items())
-                typer.echo(f"  {each.index}: {values}")
+        for line in _listed(runs):
+            typer.echo(f"  {line}")
+
+
+def _listed(runs: Sequence[Run]) -> Iterator[str]:
+    """List the parameters of runs, of many the first ones and the ranges of all."""
+    for each in runs[:MOST_LISTED] if len(runs) > MOST_LISTED + 1 else runs:
+        if each.parameters:
+            yield f"{each.index}: " + "; ".join(f"{name}={number(v)}" for name, v in each.parameters.items())
+    if len(runs) > MOST_LISTED + 1 and runs[0].parameters:
+        ranges = []
+        for name in runs[0].parameters:
+            values = [each.parameters[name] for each in runs]
+            if all(isinstance(value, int | float) for value in values):
+                ranges.append(f"{name} from {number(min(values))} to {number(max(values))}")
+            else:
+                ranges.append(f"{name} one of {len({str(value) for value in values})}")
+        yield f"... {len(runs) - MOST_LISTED} more (--json lists them). All: {'; '.join(ranges)}"
 
 
 def schema() -> None:

@@ -182,6 +182,8 @@ def _order(path: Path, lines: Sequence[int], numbers: Sequence[tuple[float, floa
     distances = [distance for distance, _ in numbers]
     if len(distances) > 2 and all(after < before for before, after in pairwise(distances)):
         message = "expected increasing distances, found decreasing ones; sort the rows by distance"
+        if all(before[1] < after[1] for before, after in pairwise(numbers)):
+            message += ", or exchange the headings if they stand over the wrong columns"
         return [Mistake(str(path), lines[0], 1, "distance", message)]
     return [
         Mistake(
@@ -204,6 +206,11 @@ def _doubts(table: NDArray[np.float64]) -> list[str]:
         found.append(
             f"distances begin at {distances[0]:.6g} m: x is counted from there, horizontal distance and the "
             "origin of a georeference from the table's own 0"
+        )
+    if elevations[-1] > elevations[0]:
+        found.append(
+            f"elevation rises from {elevations[0]:.6g} to {elevations[-1]:.6g} m along the profile: what is "
+            "released flows toward smaller x"
         )
     slopes = np.degrees(np.arctan(np.diff(elevations) / np.diff(distances)))
     steep = np.flatnonzero(np.abs(slopes) > STEEP)

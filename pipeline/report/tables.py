@@ -16,6 +16,7 @@ from pipeline.assess.ensemble import computed, counts
 from pipeline.assess.probability import BOUNDS
 from pipeline.assess.receptors import reached
 from pipeline.assess.tables import receptors as table_receptors
+from pipeline.readable import number
 from pipeline.store.provenance import BINDING, PACKAGES, differences
 from pipeline.store.storage import Location
 from pipeline.store.variables import PER_RUN, VOLUMES, Status
@@ -217,14 +218,3 @@ TABLES: tuple[Callable[[xr.Dataset], Table | None], ...] = (
     failures,
     origin,
 )
-
-
-def number(value: object) -> str:
-    """Write a number for people; missing ones as a dash."""
-    if isinstance(value, float | np.floating):
-        if np.isnan(value):
-            return "–"
-        # four digits, and no powers of ten where people write none
-        short = float(f"{value:.4g}")
-        return f"{short:,.0f}" if 1e4 <= abs(short) < 1e9 else f"{short:.4g}"
-    return str(value)

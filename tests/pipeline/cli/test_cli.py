@@ -177,6 +177,13 @@ def test_validate_lists_the_runs_and_writes_nothing(scenario_file, tmp_path):
     assert sorted(tmp_path.iterdir()) == before
 
 
+def test_validate_lists_the_first_of_many_runs_and_the_ranges_of_all(scenario_file):
+    shown = pipeline("validate", scenario_file(*(20 + k / 7 for k in range(40)))).stdout.splitlines()
+    assert shown[1:3] == ["  0: bed_friction=20", "  1: bed_friction=20.14"]
+    assert shown[11] == "  ... 30 more (--json lists them). All: bed_friction from 20 to 25.57"
+    assert len(shown) == 12
+
+
 def test_schema_is_json():
     assert json.loads(pipeline("schema").stdout)["properties"]["gravity"]["default"] == 9.81
 

@@ -113,7 +113,7 @@ HEADINGS = "t.csv:1:1: expected the headings distance and elevation, found"
         ("distance,elevation\n0,90\n50,\n", "t.csv:3:4: elevation: expected a finite number, found ''"),
         (
             "distance,elevation\n100,50\n50,70\n0,90\n",
-            "t.csv:2:1: distance: expected increasing distances, found decreasing ones; sort the rows by distance",
+            "t.csv:2:1: distance: expected increasing distances, found decreasing ones; sort the rows by distance, or exchange the headings if they stand over the wrong columns",
         ),
         ("", "t.csv:1:1: expected a line of headings, found an empty file"),
         ("\n\n", "t.csv:1:1: expected a line of headings, found an empty file"),
@@ -159,8 +159,11 @@ def test_of_many_mistakes_the_first_are_told_and_how_many_there_are(tmp_path):
 def test_slopes_that_nobody_has_are_doubted_with_their_place(tmp_path):
     swapped = read(table(tmp_path, "distance,elevation\n65,0\n70,200\n90,300\n140,400\n200,500\n"))
     assert swapped.doubts[1:] == (
+        "elevation rises from 0 to 500 m along the profile: what is released flows toward smaller x",
         "3 pieces of the profile steeper than 60 degrees, the steepest 88.6 degrees from distance 65 to 70 m: check columns, units and rows",
     )
+    with pytest.raises(BadInput, match="or exchange the headings if they stand over the wrong columns"):
+        read(table(tmp_path, "distance,elevation\n500,0\n400,50\n350,120\n"))
     gap = read(table(tmp_path, "distance,elevation\n0,700\n50,0\n100,650\n"))
     assert gap.doubts[0].startswith("2 pieces of the profile steeper than 60 degrees, the steepest 85.9")
 

@@ -16,9 +16,10 @@ from typer.testing import CliRunner
 from pipeline.assess.ensemble import ensemble
 from pipeline.cli.app import app
 from pipeline.hazard.map_files import ground
+from pipeline.readable import number
 from pipeline.report.figures import animation
 from pipeline.report.page import write_report
-from pipeline.report.tables import MOST_ROWS, failures, number, volume_ledger
+from pipeline.report.tables import MOST_ROWS, failures, volume_ledger
 from pipeline.settings.hazard import Georeference
 from pipeline.store.zarr_store import open_store
 
