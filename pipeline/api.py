@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-    from pipeline.batch.driver import Engine
+    from pipeline.batch.dask_pool import Engine
     from pipeline.results import Results
     from pipeline.scenario.scenario import Scenario
     from pipeline.store.place import Part
@@ -618,10 +618,10 @@ def _engine(
 
 def _bytes(size: str | int | None) -> int | None:
     """Read a size as ``2GB``."""
-    from dask.utils import parse_bytes
-
     if size is None:
         return None
+    from dask.utils import parse_bytes
+
     try:
         found = int(parse_bytes(size))
     except ValueError:

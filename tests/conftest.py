@@ -65,10 +65,19 @@ def cluster() -> Iterator[object]:
 
 @pytest.fixture
 def shared_workers(cluster: object, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let batches use the session's workers instead of starting their own."""
+    """Let batches use the session's workers, of Dask, instead of starting their own."""
 
     @contextmanager
     def given(count: int) -> Iterator[object]:
         yield cluster
 
-    monkeypatch.setattr("pipeline.batch.driver.workers", given)
+    monkeypatch.setattr("pipeline.batch.dask_pool.workers", given)
+    monkeypatch.setattr("pipeline.batch.driver.FEW_RUNS", 0)
+
+
+@pytest.fixture(params=["forked", "dask"])
+def any_workers(request: pytest.FixtureRequest) -> str:
+    """Let batches use forked processes, then the session's workers; gives which."""
+    if request.param == "dask":
+        request.getfixturevalue("shared_workers")
+    return request.param

@@ -3,9 +3,6 @@
 On this machine other processes compile parts of it while the workers start.
 """
 
-# distributed leaves most of its functions without types.
-# mypy: disable-error-code="no-untyped-call"
-
 from __future__ import annotations
 
 import multiprocessing
@@ -14,11 +11,7 @@ from contextlib import contextmanager
 from multiprocessing.process import BaseProcess
 from time import monotonic, sleep
 
-from dask.system import CPU_COUNT
-from distributed import Client
-
-from pipeline.batch.interrupts import Interrupts
-from pipeline.batch.local_workers import deaf
+from pipeline.batch.interrupts import Interrupts, deaf
 from solver.forms import Kind
 from solver.run import PIECES
 from solver.warmup import compile_kernels, not_compiled
@@ -28,10 +21,18 @@ LOADING_SECONDS = 3.0
 MESSAGE = "compiling the solver (once after installing or upgrading)"
 
 
+def cores() -> int:
+    """Count the cores that this process may use."""
+    # takes a tenth of a second to load
+    from dask.system import CPU_COUNT
+
+    return int(CPU_COUNT)
+
+
 @contextmanager
 def head_start(kinds: Collection[Kind]) -> Iterator[list[BaseProcess]]:
     """Have processes compile the pieces of what is not compiled yet, a core each; gives and ends them."""
-    missing = not_compiled(kinds) if CPU_COUNT >= PIECES else []
+    missing = not_compiled(kinds) if cores() >= PIECES else []
     spawn = multiprocessing.get_context("spawn")
     processes: list[BaseProcess] = [
         spawn.Process(target=compile_kernels, args=(missing, piece), daemon=True)
@@ -48,7 +49,7 @@ def head_start(kinds: Collection[Kind]) -> Iterator[list[BaseProcess]]:
 
 
 def compile_once(
-    client: Client,
+    start: Callable[[Callable[[], None]], Callable[[], bool]],
     tell: Callable[[str], None],
     interrupts: Interrupts,
     compile_: Callable[[], None],
@@ -60,8 +61,8 @@ def compile_once(
 
     Parameters
     ----------
-    client : Client
-        Of the workers.
+    start : callable
+        Has a worker do something, and gives what says whether it is done, as of `scheduling.Pool`.
     tell : callable
         Told that the solver is being compiled, where it is.
     interrupts : Interrupts
@@ -89,4 +90,4 @@ def compile_once(
             sleep(0.02)
 
     wait(lambda: not any(process.is_alive() for process in before))
-    wait(client.submit(compile_, pure=False).done)
+    wait(start(compile_))

@@ -3,27 +3,25 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Collection, Container, Iterator, Sequence
+from collections.abc import Collection, Container, Iterator, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
-from importlib.util import find_spec
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pandas as pd
-from dask.system import CPU_COUNT
-from distributed import Client
 from rich.console import Console
 
 from pipeline.batch.checkpoints import EVERY_SECONDS, Checkpoints
-from pipeline.batch.compilation import compile_once, head_start
+from pipeline.batch.compilation import compile_once, cores, head_start
 from pipeline.batch.failures import AGAIN, Failed, failed, listed, told_again, unfinished
+from pipeline.batch.forked_pool import ForkedPool, can_fork, forked_pool
 from pipeline.batch.interrupts import heard
 from pipeline.batch.limits import UNLIMITED, Limits
-from pipeline.batch.local_workers import workers
 from pipeline.batch.main_module import main_not_imported
 from pipeline.batch.progress import Progress, shown, stages
-from pipeline.batch.scheduling import Ending, Todo, execute, execute_here, pending, threads
+from pipeline.batch.scheduling import Ending, Todo, execute, execute_here, pending
 from pipeline.batch.task import Solve
 from pipeline.errors import ChangedError as ChangedError
 from pipeline.runs import profile_ends
@@ -42,7 +40,11 @@ from solver.points.lattice import Lattice
 from solver.simulation import simulate
 from solver.warmup import compile_kernels
 
-Engine = Callable[[int], AbstractContextManager[Client]]
+if TYPE_CHECKING:
+    from pipeline.batch.dask_pool import DaskPool, Engine
+
+# as many runs at most are done without Dask, whose cluster takes longer to start than a short run lasts
+FEW_RUNS = 16
 
 
 @dataclass(frozen=True)
@@ -249,6 +251,18 @@ def _reported(console: Console, total: int, log: Path | None, left: Sequence[Tod
         progress.tell(f"{len(progress.failures)} failed; {AGAIN}")
 
 
+def _pool(
+    few: bool, width: int, engine: Engine | None, solve: Solve
+) -> AbstractContextManager[ForkedPool | DaskPool]:
+    """Give the workers of a batch, to be started and ended in a ``with``."""
+    if few:
+        return forked_pool(width, solve)
+    # takes half a second to load
+    from pipeline.batch.dask_pool import dask_pool
+
+    return dask_pool(width, engine, solve)
+
+
 def _execute(
     left: Sequence[Todo],
     kinds: Collection[Kind],
@@ -262,7 +276,9 @@ def _execute(
     total = sum(each.runs_left for each in left)
     if not total:
         return Ending()
-    width = min(count or CPU_COUNT, sum(len(each.starts) for each in left))
+    groups = sum(len(each.starts) for each in left)
+    width = min(count or cores(), groups) if groups > 1 else 1
+    few = engine is None and total <= FEW_RUNS and can_fork()
     # what can be copied from others comes when these are done
     jobs = (job for again in (False, True) for each in left for job in each.jobs(again=again))
     try:
@@ -271,14 +287,10 @@ def _execute(
                 return execute_here(jobs, progress.report, interrupts, solve)
             # workers elsewhere have a disk of their own
             ahead = head_start(() if engine else kinds)
-            with main_not_imported(), ahead as processes, (engine or workers)(width) as client:
-                if engine is not None:
-                    width = threads(client)
-                if find_spec("bokeh") is not None:
-                    progress.tell(f"Dask dashboard: {client.dashboard_link}")
+            with main_not_imported(), ahead as processes, _pool(few, width, engine, solve) as pool:
+                progress.tell(str(pool))
                 rest = partial(compile_kernels, sorted(kinds))
-                compile_once(client, progress.tell, interrupts, rest, processes)
-                tell = progress.report, interrupts, solve, progress.under_way
-                return execute(client, width, jobs, *tell)
+                compile_once(pool.start, progress.tell, interrupts, rest, processes)
+                return execute(pool, pool.width, jobs, progress.report, interrupts, progress.under_way)
     except KeyboardInterrupt:
         return Ending(interrupted=True)

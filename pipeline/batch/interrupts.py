@@ -6,6 +6,7 @@ import signal
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from multiprocessing import resource_tracker
 from queue import SimpleQueue
 from threading import Thread, current_thread, main_thread
 from types import FrameType
@@ -60,3 +61,19 @@ def heard(tell: Callable[[str], None]) -> Iterator[Interrupts]:
             signal.signal(signal.SIGINT, before)
         lines.put(None)
         teller.join()
+
+
+@contextmanager
+def deaf() -> Iterator[None]:
+    """Have threads and processes that are started meanwhile be deaf to Ctrl-C.
+
+    It reaches the whole process group, and the driver alone decides what stops. They inherit its being
+    blocked; an interrupt that comes meanwhile is heard afterwards.
+    """
+    # started with the first process it would unblock the signal
+    resource_tracker.ensure_running()
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)

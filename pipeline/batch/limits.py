@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 # A run looks at the clock between steps; what has not stopped by then is stuck somewhere else.
 GRACE_SECONDS = 30.0
 STUCK_TOPIC = "lmls-stuck"
+# exit code of a process that ends because its run does not stop; EX_SOFTWARE of sysexits.h
+STUCK_EXIT = 70
 TELLING_SECONDS = 0.3
 # of mallopt, in malloc.h of the GNU C library
 M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3
@@ -115,7 +117,7 @@ def _end(worker: Worker | None, name: str) -> None:
     if worker is not None:
         worker.log_event(STUCK_TOPIC, name)
         sleep(TELLING_SECONDS)
-    os._exit(1)
+    os._exit(STUCK_EXIT)
 
 
 UNLIMITED = Limits()

@@ -11,12 +11,13 @@ import signal
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from functools import partial
-from multiprocessing import resource_tracker
 
 import dask
 from distributed import Client, LocalCluster
 from distributed.core import Status
 from tornado.ioloop import PeriodicCallback
+
+from pipeline.batch.interrupts import deaf
 
 RENEWAL_SECONDS = 0.5
 # how often the cluster and its scheduler, in the same process, tell each other what they know
@@ -33,7 +34,7 @@ SETTINGS = {
     "distributed.worker.memory.target": False,
     "distributed.worker.memory.spill": False,
     "distributed.worker.memory.pause": False,
-    "distributed.worker.preload": ["pipeline.batch.worker"],
+    "distributed.worker.preload": ["pipeline.batch.task"],
     "distributed.nanny.pre-spawn-environ.NUMBA_NUM_THREADS": 1,
     # looking at itself ten to a hundred times a second takes a tenth of the time of short runs
     "distributed.worker.profile.enabled": False,
@@ -124,19 +125,3 @@ def _cluster(count: int) -> LocalCluster:
             )
     except RuntimeError as error:
         raise OSError(f"the worker processes do not start: {error.__cause__ or error}") from error
-
-
-@contextmanager
-def deaf() -> Iterator[None]:
-    """Have threads and processes that are started meanwhile be deaf to Ctrl-C.
-
-    It reaches the whole process group, and the driver alone decides what stops. They inherit its being
-    blocked; an interrupt that comes meanwhile is heard afterwards.
-    """
-    # started with the first process it would unblock the signal
-    resource_tracker.ensure_running()
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)

@@ -1,25 +1,18 @@
-"""A batch: jobs handed to worker processes through Dask, a few at a time, each forgotten when it ends."""
-
-# distributed leaves most of its functions without types.
-# mypy: disable-error-code="no-untyped-call"
+"""A batch: jobs handed to worker processes, a few at a time, each forgotten when it ends."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import islice
-from time import monotonic
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
-from distributed import Client, Future, KilledWorker, as_completed
 from numpy.typing import NDArray
-from tornado.ioloop import PeriodicCallback
 
 from pipeline.batch.interrupts import Interrupts
-from pipeline.batch.limits import STUCK_TOPIC, Limits
+from pipeline.batch.limits import Limits
 from pipeline.batch.task import Job, Outcome, Solve, condemn, perform
 from pipeline.runs.template import variables
 from pipeline.store import zarr_store
@@ -34,9 +27,6 @@ if TYPE_CHECKING:
     from pipeline.scenario.scenario import Scenario
     from pipeline.store.storage import Location
 
-WATCH_SECONDS = 2.0
-# a nanny starts a new process in a few seconds; on a machine under load it may take a minute
-WORKERLESS_SECONDS = 300.0
 DEATH = "the worker process died of this run, twice"
 STUCK = "more time than allowed, and the run did not stop: its worker process was ended, twice"
 
@@ -96,11 +86,6 @@ def pending(path: Location, retry_failed: bool) -> NDArray[np.bool_]:
     return np.isin(zarr_store.statuses(path), [Status.PENDING, *([Status.FAILED] if retry_failed else [])])
 
 
-def threads(client: Client) -> int:
-    """Count the threads of all workers: as many jobs may be under way."""
-    return int(sum(client.nthreads().values()))
-
-
 def execute_here(
     jobs: Iterable[Job], report: Callable[[Outcome], None], interrupts: Interrupts, solve: Solve = simulate
 ) -> Ending:
@@ -116,13 +101,53 @@ def execute_here(
     return Ending(interrupts.asked)
 
 
+@dataclass(frozen=True)
+class Finished:
+    """A job that ended, and what became of its runs."""
+
+    job: Job
+    outcomes: Sequence[Outcome]
+
+
+@dataclass(frozen=True)
+class Died:
+    """A job whose process died of it; ``stuck`` if it was ended because a run did not stop."""
+
+    job: Job
+    stuck: bool
+
+
+@dataclass(frozen=True)
+class Trouble:
+    """What keeps a job, and those after it, from being done; ``of_place`` if it is of the job's store."""
+
+    job: Job
+    message: str
+    of_place: bool = True
+
+    def __str__(self) -> str:
+        return f"{self.job.path}: {self.message}" if self.of_place else self.message
+
+
+class Pool(Protocol):
+    """Worker processes that jobs are handed to."""
+
+    def submit(self, job: Job) -> None:
+        """Hand a job to a process."""
+
+    def next(self) -> Finished | Died | Trouble | None:
+        """Wait for a job that ends; None where none is under way."""
+
+    def start(self, work: Callable[[], None]) -> Callable[[], bool]:
+        """Have a process do something else; gives what says whether it is done, however it went."""
+
+
 def execute(
-    client: Client,
+    pool: Pool,
     width: int,
     jobs: Iterable[Job],
     report: Callable[[Outcome], None],
     interrupts: Interrupts,
-    solve: Solve = simulate,
     under_way: Callable[[int], None] = lambda runs: None,
 ) -> Ending:
     """Do jobs until all are done, the user interrupts, or the place gives trouble.
@@ -132,8 +157,8 @@ def execute(
 
     Parameters
     ----------
-    client : Client
-        Of the workers.
+    pool : Pool
+        The workers.
     width : int
         Jobs under way at once: as many as there are workers, so that none waits behind one that kills.
     jobs : iterable of Job
@@ -142,8 +167,6 @@ def execute(
         Told what became of every run.
     interrupts : Interrupts
         Whether the user asked to stop; looked at before every job.
-    solve : callable
-        The solver.
     under_way : callable
         Told how many runs are with workers.
 
@@ -154,13 +177,12 @@ def execute(
     """
     suspects: list[Job] = []
 
-    def condemned(job: Job) -> None:
-        stuck = {name for _, name in client.get_events(STUCK_TOPIC)}
-        for outcome in condemn(job, STUCK if job.name(job.runs[0]) in stuck else DEATH):
+    def condemned(found: Died) -> None:
+        for outcome in condemn(found.job, STUCK if found.stuck else DEATH):
             report(outcome)
 
-    flow = _Flow(client, report, interrupts, solve, under_way)
-    flow.run(iter(jobs), width, suspects.append)
+    flow = _Flow(pool, report, interrupts, under_way)
+    flow.run(iter(jobs), width, lambda found: suspects.append(found.job))
     flow.run((replace(job, runs=(run,)) for job in suspects for run in job.runs), 1, condemned)
     return Ending(interrupts.asked, flow.trouble)
 
@@ -169,78 +191,37 @@ def execute(
 class _Flow:
     """Jobs on their way through the workers, never more of them than asked for."""
 
-    client: Client
+    pool: Pool
     report: Callable[[Outcome], None]
     interrupts: Interrupts
-    solve: Solve
     under_way: Callable[[int], None]
     trouble: str = ""
 
-    def run(self, jobs: Iterator[Job], width: int, died: Callable[[Job], None]) -> None:
+    def run(self, jobs: Iterator[Job], width: int, died: Callable[[Died], None]) -> None:
         """Do jobs, ``width`` at a time; ``died`` takes those whose worker died."""
-        under_way: dict[Any, Job] = {}
-        completed = as_completed(loop=self.client.loop)
+        runs = 0
 
         def submit() -> None:
+            nonlocal runs
             if self.interrupts.asked or self.trouble:
                 return
             for job in islice(jobs, 1):
-                future = self.client.submit(perform, job, self.solve, pure=False)
-                under_way[future.key] = job
-                completed.add(future)
-            self.under_way(sum(len(job.runs) for job in under_way.values()))
+                self.pool.submit(job)
+                runs += len(job.runs)
+            self.under_way(runs)
 
         for _ in range(width):
             submit()
-        with self._watched(completed):
-            for future in completed:
-                if future.status == "lost":
-                    # its worker died of another job before the result was fetched; it is computed again,
-                    # which finds all runs finished
-                    completed.add(future)
-                    continue
-                job = under_way.pop(future.key)
+        while (found := self.pool.next()) is not None:
+            runs -= len(found.job.runs)
+            if isinstance(found, Finished):
+                for outcome in found.outcomes:
+                    self.report(outcome)
+            elif isinstance(found, Trouble):
+                self.trouble = str(found)
+            else:
                 try:
-                    self._finish(job, future, died)
+                    died(found)
                 except OSError as error:
-                    self.trouble = f"{job.path}: {error}"
-                future.release()
-                submit()
-
-    @contextmanager
-    def _watched(self, completed: as_completed) -> Iterator[None]:
-        """Give up jobs that wait for workers of which none is left, and none has come for a while."""
-        seen, loop = monotonic(), self.client.loop
-        scheduler: Any = self.client.scheduler
-        assert loop is not None
-
-        async def look() -> None:
-            nonlocal seen
-            # a scheduler that does not answer cancels what was handed to it
-            with suppress(OSError):
-                if await scheduler.ncores():
-                    seen = monotonic()
-                elif monotonic() - seen > WORKERLESS_SECONDS:
-                    self.trouble = f"no worker is left, and none has come for {WORKERLESS_SECONDS:g} s"
-                    completed.clear()
-
-        watch = PeriodicCallback(look, 1000 * WATCH_SECONDS)
-        loop.add_callback(watch.start)
-        try:
-            yield
-        finally:
-            loop.add_callback(watch.stop)
-
-    def _finish(self, job: Job, future: Future[Any], died: Callable[[Job], None]) -> None:
-        if future.status == "finished":
-            for outcome in future.result():
-                self.report(outcome)
-            return
-        if future.status == "cancelled":
-            self.trouble = "the scheduler is gone"
-            return
-        error = future.exception()
-        if isinstance(error, KilledWorker):
-            died(job)
-        else:
-            self.trouble = f"{job.path}: {type(error).__name__}: {error}"
+                    self.trouble = f"{found.job.path}: {error}"
+            submit()

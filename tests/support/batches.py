@@ -26,26 +26,30 @@ from rich.console import Console
 from stub_solvers import gated
 import pipeline.runs.template
 from pipeline.store import lock_objects
-from pipeline.batch.driver import complete
+from pipeline.batch import driver
 from pipeline.store.storage import located
 from pipeline.store.place import held
 from pipeline.scenario.scenario import load
 
 if __name__ == "__main__":
-    file, out, log, free, group = sys.argv[1:]
+    file, out, log, free, group, workers = sys.argv[1:]
+    if workers == "dask":
+        driver.FEW_RUNS = 0
     pipeline.runs.template.group_size = lambda *_: int(group)
     lock_objects.BEAT_SECONDS = 0.2
     with held(located(out)):
         solve = partial(gated, log=log, free=float(free))
-        outcome = complete(load([file]), located(out), Console(), count=2, solve=solve)
+        outcome = driver.complete(load([file]), located(out), Console(), count=2, solve=solve)
     sys.exit(outcome.exit_code)
 """
 
 
-def start_driver(file: Path, out: Path, log: Path, free: float, group: int = 1) -> subprocess.Popen[str]:
+def start_driver(
+    file: Path, out: Path, log: Path, free: float, group: int = 1, workers: str = "dask"
+) -> subprocess.Popen[str]:
     """Start a batch on two workers in a process group of its own; runs from ``free`` on wait at the gate."""
     return subprocess.Popen(
-        [sys.executable, "-c", DRIVER, file, str(out), log, str(free), str(group)],
+        [sys.executable, "-c", DRIVER, file, str(out), log, str(free), str(group), workers],
         env=os.environ | {"PYTHONPATH": os.pathsep.join([str(Path(__file__).parent), str(Path.cwd())])},
         start_new_session=True,
         stdout=subprocess.PIPE,

@@ -20,7 +20,7 @@ from pipeline.store import zarr_store
 from pipeline.store.variables import Status
 
 
-@pytest.mark.usefixtures("shared_workers")
+@pytest.mark.usefixtures("any_workers")
 class TestABatch:
     def test_does_every_run_once_and_nothing_the_second_time(self, scenario_file, out, log):
         file = scenario_file(20, 21, 22, 23, 24)
@@ -77,7 +77,9 @@ class TestABatch:
         assert outcome.statuses == {Status.DONE: 3, Status.FAILED: 1}
         assert zarr_store.statuses(out / "box.zarr").tolist() == [1, 2, 1, 1]
 
-    def test_a_result_lost_with_its_worker_is_no_trouble(self, scenario_file, out, log, cluster, monkeypatch):
+    def test_a_result_lost_with_its_worker_is_no_trouble(
+        self, scenario_file, out, log, shared_workers, cluster, monkeypatch
+    ):
         path, report, elapsed = out / "box.zarr", Progress.report, []
 
         def slow_to_fetch(self, outcome):
@@ -151,8 +153,11 @@ def _once(log: Path, action, *args) -> None:
         action(*args)
 
 
-def test_two_interrupts_of_the_process_group_stop_at_once_and_more_change_nothing(scenario_file, out, log):
-    process = start_driver(scenario_file(20, 21, 22, 23, 24, 25), out, log, free=20)
+@pytest.mark.parametrize("workers", ["forked", "dask"])
+def test_two_interrupts_of_the_process_group_stop_at_once_and_more_change_nothing(
+    scenario_file, out, log, workers
+):
+    process = start_driver(scenario_file(20, 21, 22, 23, 24, 25), out, log, free=20, workers=workers)
     until(lambda: log.exists() and len(log.read_text().split()) == 2)
     interrupt(process)
     while process.poll() is None:

@@ -9,6 +9,8 @@ from stub_solvers import lasting
 
 from pipeline.batch import compilation
 from pipeline.batch.compilation import compile_once, head_start
+from pipeline.batch.dask_pool import DaskPool
+from pipeline.batch.forked_pool import forked_pool
 from pipeline.batch.interrupts import Interrupts
 from solver.cloud.blocks import spread_blocks
 from solver.cloud.residual import cloud_stage
@@ -18,31 +20,42 @@ from solver.lattice.residual import stage
 from solver.lattice.status import classify
 from solver.lattice.time_stepping import advance
 from solver.run import PIECES
+from solver.simulation import simulate
 from solver.warmup import compile_kernels, not_compiled
+
+
+@pytest.fixture(params=["forked", "dask"])
+def pool(request):
+    """Workers of either kind."""
+    if request.param == "dask":
+        yield DaskPool(request.getfixturevalue("cluster"), 2, simulate)
+        return
+    with forked_pool(2, simulate) as forked:
+        yield forked
 
 
 def fail():
     raise OSError("no room for compiled kernels")
 
 
-def test_compiling_is_said_once_and_loading_is_not(cluster, monkeypatch):
+def test_compiling_is_said_once_and_loading_is_not(pool, monkeypatch):
     told = []
-    compile_once(cluster, told.append, Interrupts(), partial(time.sleep, 0.01))
+    compile_once(pool.start, told.append, Interrupts(), partial(time.sleep, 0.01))
     assert told == []
     monkeypatch.setattr(compilation, "LOADING_SECONDS", 0.1)
-    compile_once(cluster, told.append, Interrupts(), partial(time.sleep, 0.5))
+    compile_once(pool.start, told.append, Interrupts(), partial(time.sleep, 0.5))
     assert told == ["compiling the solver (once after installing or upgrading)"]
 
 
-def test_an_interrupt_does_not_wait_for_it(cluster):
+def test_an_interrupt_does_not_wait_for_it(pool):
     began = time.monotonic()
     with pytest.raises(KeyboardInterrupt):
-        compile_once(cluster, print, Interrupts(asked=True), partial(time.sleep, 2))
+        compile_once(pool.start, print, Interrupts(asked=True), partial(time.sleep, 2))
     assert time.monotonic() - began < 1
 
 
-def test_what_goes_wrong_is_left_to_the_runs(cluster):
-    compile_once(cluster, print, Interrupts(), fail)
+def test_what_goes_wrong_is_left_to_the_runs(pool):
+    compile_once(pool.start, print, Interrupts(), fail)
 
 
 def test_the_pieces_compiled_ahead_are_what_a_step_calls():
@@ -68,19 +81,19 @@ def test_nothing_is_compiled_ahead_that_is_on_disk():
 def test_what_is_compiled_ahead_ends_with_the_batch(monkeypatch):
     monkeypatch.setattr(compilation, "not_compiled", lambda kinds: list(kinds))
     monkeypatch.setattr(compilation, "compile_kernels", lasting)
-    monkeypatch.setattr(compilation, "CPU_COUNT", PIECES)
+    monkeypatch.setattr(compilation, "cores", lambda: PIECES)
     with head_start(["lattice"]) as processes:
         assert [process.is_alive() for process in processes] == [True] * PIECES
     for process in processes:
         process.join(10)
         assert process.exitcode == -signal.SIGTERM
-    monkeypatch.setattr(compilation, "CPU_COUNT", 1)
+    monkeypatch.setattr(compilation, "cores", lambda: 1)
     with head_start(["lattice"]) as processes:
         assert processes == []
 
 
-def test_what_is_compiled_ahead_is_waited_for(cluster):
+def test_what_is_compiled_ahead_is_waited_for(pool):
     began = time.monotonic()
     ahead = SimpleNamespace(is_alive=lambda: time.monotonic() - began < 0.3)
-    compile_once(cluster, print, Interrupts(), partial(time.sleep, 0), [ahead])
+    compile_once(pool.start, print, Interrupts(), partial(time.sleep, 0), [ahead])
     assert time.monotonic() - began >= 0.3

@@ -75,7 +75,7 @@ def test_a_run_that_kills_workers_of_a_cluster_fails_alone(scenario_file, out, l
 
 
 def test_a_cluster_that_has_lost_its_workers_is_trouble(scenario_file, out, log, tmp_path, monkeypatch):
-    monkeypatch.setattr("pipeline.batch.scheduling.WORKERLESS_SECONDS", 0.5)
+    monkeypatch.setattr("pipeline.batch.dask_pool.WORKERLESS_SECONDS", 0.5)
     with started(tmp_path, ["--no-nanny"]) as client:
         engine = partial(joined, client.scheduler.address)
         outcome = run(out, scenario_file(20, KILLS, 21), solve=partial(by_friction, log=log), engine=engine)

@@ -65,7 +65,8 @@ def there(bucket, workers_there, monkeypatch):
     def given(count):
         yield workers_there
 
-    monkeypatch.setattr("pipeline.batch.driver.workers", given)
+    monkeypatch.setattr("pipeline.batch.dask_pool.workers", given)
+    monkeypatch.setattr("pipeline.batch.driver.FEW_RUNS", 0)
     return located(f"{bucket}/{uuid4().hex}")
 
 
