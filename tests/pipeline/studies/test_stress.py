@@ -55,19 +55,6 @@ def test_a_scene_that_once_broke_a_law_keeps_them_all(file):
     assert watch(ready.scene, float(ready.times[-1]), 2e6).violations == {}
 
 
-@pytest.mark.xfail(strict=True, reason="docs/stability.md, Open")
-def test_no_film_climbs_a_bend_and_falls_back():
-    """A film at rest below a bend is pushed up into its first cells, and falls from there."""
-    ready = prepared(read(ROOT / "scenarios" / "stress" / "open" / "film-beside-a-bend.yaml"))
-    assert watch(ready.scene, float(ready.times[-1]), 2e6).violations == {}
-
-
-def test_a_film_beside_a_bend_breaks_one_law_alone():
-    """Until it is mended: volume, depth and energy stay right."""
-    ready = prepared(read(ROOT / "scenarios" / "stress" / "open" / "film-beside-a-bend.yaml"))
-    assert set(watch(ready.scene, float(ready.times[-1]), 2e6).violations) <= {"speed has a source"}
-
-
 def test_what_underflows_does_not_hang_on_units():
     """Ahead of the layer from a side of given depth, velocities decay below what doubles can hold."""
     checks = repeat(read(next(path for path in ONCE_BROKEN if path.stem == "spray-that-underflows")))
