@@ -96,7 +96,7 @@ def kernel_costs() -> tuple[list[Cost], float, float]:
             outflow_limits,
             True,
             1,
-            (now.h, cell, count, flux.mass, g, flux.mass, g, g, DT, grid, run.buffers.limiter, g),
+            (now.h, cell, count, flux.mass, g, flux.mass, g, g, DT, grid, run.buffers.lost, g),
         ),
         (
             update_row,

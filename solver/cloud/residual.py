@@ -17,8 +17,9 @@ from solver.cloud.fluxes import CloudBuffers, fluxes_through
 from solver.cloud.reconstruction import flatten_fed, slopes_at
 from solver.compiled import kernel
 from solver.kernels.boundary import account
+from solver.kernels.limiter import EMPTIED, afforded
 from solver.kernels.source_terms import acting_share, update_cell
-from solver.kernels.state import BELOW_YIELD, LANES, RETAINED, CloudBed, Fields, Material, Status
+from solver.kernels.state import BELOW_YIELD, LANES, CloudBed, Fields, Material, Status
 
 # Blocks taken at a time, so that their fluxes are still at hand when their cells are updated.
 SEGMENT = 64
@@ -79,7 +80,7 @@ def outflow_exceeds(h: Array, lost: Array, area: Array, start: int, stop: int, d
     count = 0
     for k in range(start, stop):
         i = np.uint64(k)
-        count |= 1 if lost[i] * dt > (1.0 - RETAINED) * h[i] * area[i] else 0
+        count |= 1 if lost[i] * dt > EMPTIED * h[i] * area[i] else 0
     return count > 0
 
 
@@ -96,7 +97,7 @@ def limit_outflow(
 ) -> None:
     """Positivity limiter: scale what leaves cells of a run so that a depth is left; flag the blocks around.
 
-    Mass and momentum are scaled, pressure is not.
+    Mass and momentum are those of `solver.kernels.limiter.afforded`; pressure stays.
 
     Parameters
     ----------
@@ -107,12 +108,11 @@ def limit_outflow(
     dt : float
         Time step, s.
     """
-    halves, n = buffers.halves, faces.faces
+    halves, n, push = buffers.halves, faces.faces, np.empty((2, 2))
     for i in range(start, stop):
-        lost, most = buffers.gain[3, i] * dt, (1.0 - RETAINED) * now.h[i] * area[i]
-        if lost <= most:
+        lost = buffers.gain[3, i] * dt / (now.h[i] * area[i] + 1e-300)
+        if lost <= EMPTIED:
             continue
-        keep = most / lost
         for m in range(faces.number[i]):
             half = half_of(faces, i, m)
             f, j, _ = beyond(faces, half)
@@ -121,16 +121,24 @@ def limit_outflow(
             buffers.limited[i // LANES] = 1.0
             if j < faces.cells:
                 buffers.limited[j // LANES] = 1.0
+            mass, x, y = -halves[0, half], 0.0, 0.0
             for side in range(2):
                 q, cell = (f, int(faces.left[f])) if side == 0 else (f + n, int(faces.right[f]))
                 pressed = (2 * side - 1) * faces.geometry[6, f] * buffers.pressed[f]
                 if status.static[cell] == BELOW_YIELD:
                     pressed = 0.0
-                push_x = pressed * faces.geometry[0, f] * status.beta_x[cell]
-                push_y = pressed * faces.geometry[1, f] * status.beta_y[cell]
-                halves[0, q] *= keep
-                halves[1, q] = keep * (halves[1, q] - push_x) + push_x
-                halves[2, q] = keep * (halves[2, q] - push_y) + push_y
+                push[0, side] = pressed * faces.geometry[0, f] * status.beta_x[cell]
+                push[1, side] = pressed * faces.geometry[1, f] * status.beta_y[cell]
+                if q == half:
+                    x, y = push[0, side] - halves[1, q], push[1, side] - halves[2, q]
+            mass, x, y = afforded((mass, x, y), lost, now.u[i], now.v[i])
+            # what leaves this cell is what comes to the other
+            for side in range(2):
+                q = f + side * n
+                out = -1.0 if q == half else 1.0
+                halves[0, q] = out * mass
+                halves[1, q] = out * x + push[0, side]
+                halves[2, q] = out * y + push[1, side]
 
 
 @kernel()

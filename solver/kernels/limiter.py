@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 
 from solver.compiled import kernel
+from solver.kernels.state import RETAINED
 
 # The shape functions of eq. 23 at the far face of the middle of three cells, degree 2, from cell means.
 BEHIND, MIDDLE, AHEAD = -1 / 6, 5 / 6, 1 / 3
@@ -18,6 +19,8 @@ FRONT = 0.45
 ALL = 1.9
 # Share of its depth that a cell has at least at a face that it moves to.
 LEAST = 0.1
+# A cell that would lose more than this share of its depth in a stage runs dry (`afforded`).
+EMPTIED = 0.75
 
 
 @kernel(inline=True)
@@ -138,3 +141,30 @@ def face_state(
     # what is all at the face that it leaves through leaves with the velocity of all
     all_there = (depth > ALL * h) & (sign * (n + n_step) > 0.0)
     return 0.0 if hidden else depth, n if all_there else n + n_step, t if all_there else t + t_step
+
+
+@kernel(inline=True)
+def afforded(flux: tuple[float, float, float], lost: float, n: float, t: float) -> tuple[float, float, float]:
+    """Flux out of a cell that it can afford: the positivity limiter, for momentum too.
+
+    What leaves is as fast as the cell's mean, but for what the rest can make up for: the rest keeps between
+    none and twice its velocity. If all but a little left faster, as it would where the flow is faster ahead,
+    that little would be thrown the other way.
+
+    Parameters
+    ----------
+    flux : tuple
+        Of mass and of normal and tangential momentum, out of the cell; that of mass is not 0.
+    lost : float
+        Share of its depth that the cell would lose in this stage through all faces.
+    n, t : float
+        Mean velocity of the cell, normal to the face and along it, m s-1.
+    """
+    mass, normal, tangential = flux
+    if lost <= EMPTIED:
+        return mass, normal, tangential
+    part = lost if lost < 1.0 - RETAINED else 1.0 - RETAINED
+    more = (abs(n) + abs(t)) * (1.0 - part) / part
+    normal, tangential = normal / mass, tangential / mass
+    mass *= part / lost
+    return mass, mass * min(max(normal, n - more), n + more), mass * min(max(tangential, t - more), t + more)

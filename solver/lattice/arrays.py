@@ -26,8 +26,8 @@ class Buffers(NamedTuple):
     x_fluxes, y_fluxes
         Ring of rows; the face with the index of a cell is the one before it along x, and the one after it
         along y.
-    limiter
-        Ring of rows of the share of its outflow that leaves the cell a depth.
+    lost
+        Ring of rows of the share of its depth that a cell would lose in a stage.
     before
         One row of the state at the start of the step, where a stage takes its place.
     """
@@ -36,7 +36,7 @@ class Buffers(NamedTuple):
     across: FaceValues
     x_fluxes: Fluxes
     y_fluxes: Fluxes
-    limiter: Array
+    lost: Array
     before: Fields
 
 

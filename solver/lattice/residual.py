@@ -19,6 +19,7 @@ import numpy as np
 from solver.arrays import Array
 from solver.compiled import ONE, kernel
 from solver.kernels.boundary import account, boundary_flux
+from solver.kernels.limiter import EMPTIED, afforded
 from solver.kernels.riemann import hll
 from solver.kernels.source_terms import acting_share, update_cell
 from solver.kernels.state import (
@@ -28,7 +29,6 @@ from solver.kernels.state import (
     GHOSTS,
     LANES,
     MIDLINE,
-    RETAINED,
     Bed,
     Fields,
     Fluxes,
@@ -56,10 +56,10 @@ def outflow_limits(
     north: int,
     dt: float,
     grid: Grid,
-    limiter: Array,
+    lost: Array,
     to: int,
 ) -> bool:
-    """Positivity limiter: the share of its outflow that each cell of a row can lose in dt (s).
+    """Share of its depth that each cell of a row would lose in dt (s).
 
     Parameters
     ----------
@@ -67,13 +67,13 @@ def outflow_limits(
         Depth, m.
     x_mass, west, y_mass, south, north
         Mass fluxes (m2 s-1) and the indices of the first cell's faces.
-    limiter, to
+    lost, to
         Filled from index ``to`` on.
 
     Returns
     -------
     bool
-        True if some cell cannot lose all of it.
+        True if some cell runs dry; only then ``lost`` is filled.
     """
     over_x, over_y = dt / grid.dx, dt / grid.dy
     short = 0
@@ -83,21 +83,31 @@ def outflow_limits(
         s, n = y_mass[np.uint64(south) + i], y_mass[np.uint64(north) + i]
         out_x = (e if e > 0.0 else 0.0) - (w if w < 0.0 else 0.0)
         out_y = (n if n > 0.0 else 0.0) - (s if s < 0.0 else 0.0)
-        loss, most = out_x * over_x + out_y * over_y, (1.0 - RETAINED) * h[np.uint64(cell) + i]
+        loss, most = out_x * over_x + out_y * over_y, EMPTIED * h[np.uint64(cell) + i]
         short |= 1 if loss > most else 0
     if short == 0:
         return False
     for k in range(count):
         w, e, s, n = x_mass[west + k], x_mass[west + 1 + k], y_mass[south + k], y_mass[north + k]
         loss = (max(e, 0.0) - min(w, 0.0)) * over_x + (max(n, 0.0) - min(s, 0.0)) * over_y
-        most = (1.0 - RETAINED) * h[cell + k]
-        limiter[to + k] = most / loss if loss > most else 1.0
+        lost[to + k] = loss / (h[cell + k] + 1e-300)
     return True
 
 
 @kernel()
-def limit_outflow(fluxes: Fluxes, at: int, limiter: Array, low: int, high: int, count: int) -> None:
-    """Multiply mass and momentum fluxes by the share of its outflow that a cell is left; pressure stays.
+def limit_outflow(
+    fluxes: Fluxes,
+    at: int,
+    lost: Array,
+    low: int,
+    high: int,
+    n: Array,
+    t: Array,
+    cell: int,
+    neighbour: int,
+    count: int,
+) -> None:
+    """Replace mass and momentum fluxes by what cells can afford (`limiter.afforded`); pressure stays.
 
     A face that carries no mass leaves no cell, and keeps the impulse of a wall or of two flows that meet.
 
@@ -105,17 +115,23 @@ def limit_outflow(fluxes: Fluxes, at: int, limiter: Array, low: int, high: int, 
     ----------
     fluxes, at
         Fluxes, changed in place, and the index of the first face.
-    limiter, low, high
+    lost, low, high
         Shares, from `outflow_limits`, and the indices of the first face's cells.
+    n, t : flat arrays
+        Velocity along the direction and across it, m s-1.
+    cell, neighbour : int
+        Index of the cell on the low side of the first face, and distance to the one on its high side.
     count : int
         Number of faces.
     """
     for k in range(count):
-        mass = fluxes.mass[at + k]
-        share = limiter[low + k] if mass > 0.0 else (limiter[high + k] if mass < 0.0 else 1.0)
-        fluxes.mass[at + k] *= share
-        fluxes.normal[at + k] *= share
-        fluxes.tangential[at + k] *= share
+        f, mass = at + k, fluxes.mass[at + k]
+        if mass == 0.0:
+            continue
+        i, share = (cell + k, lost[low + k]) if mass > 0.0 else (cell + k + neighbour, lost[high + k])
+        fluxes.mass[f], fluxes.normal[f], fluxes.tangential[f] = afforded(
+            (mass, fluxes.normal[f], fluxes.tangential[f]), share, n[i], t[i]
+        )
 
 
 @kernel()
@@ -186,7 +202,7 @@ def stage(
     spans, m, dry = arrays.spans.stepped, grid.stride, material.dry
     # rows of buffers have room for a whole vector more, so that none runs into the next
     room = m + LANES
-    along, across, x_fluxes, y_fluxes, limiter, before = arrays.buffers
+    along, across, x_fluxes, y_fluxes, lost, before = arrays.buffers
     h, u, v = now
     beta_x, beta_y, static = status
     x_mass, y_mass = x_fluxes.mass, y_fluxes.mass
@@ -250,15 +266,17 @@ def stage(
                 ring + a,
                 dt,
                 grid,
-                limiter,
+                lost,
                 ring + a,
             )
             if not short:
-                limiter[ring + a : ring + b] = 1.0
+                lost[ring + a : ring + b] = 0.0
             else:
                 # beyond the ends of a span faces are closed or on the boundary
-                limiter[ring + a - 1] = limiter[ring + b] = 1.0
-                limit_outflow(x_fluxes, ring + a, limiter, ring + a - 1, ring + a, b - a + 1)
+                lost[ring + a - 1] = lost[ring + b] = 0.0
+                limit_outflow(
+                    x_fluxes, ring + a, lost, ring + a - 1, ring + a, u, v, j * m + a - 1, 1, b - a + 1
+                )
             if a == GHOSTS:
                 account(images(sides, j) * share * dt * grid.dy * -x_mass[ring + a], 0, ledger)
             if b == m - GHOSTS:
@@ -267,9 +285,9 @@ def stage(
             a, b = hull(spans, j - 1, j)
             for row in (j - 1, j):
                 lo, hi = (spans[0, row], spans[1, row]) if spans[0, row] < spans[1, row] else (b, b)
-                limiter[(row % RING) * room + a : (row % RING) * room + lo] = 1.0
-                limiter[(row % RING) * room + hi : (row % RING) * room + b] = 1.0
-            limit_outflow(y_fluxes, below + a, limiter, below + a, ring + a, b - a)
+                lost[(row % RING) * room + a : (row % RING) * room + lo] = 0.0
+                lost[(row % RING) * room + hi : (row % RING) * room + b] = 0.0
+            limit_outflow(y_fluxes, below + a, lost, below + a, ring + a, v, u, (j - 1) * m + a, m, b - a)
         short_before = short
         row = j - 1
         a, b = spans[0, row], spans[1, row]

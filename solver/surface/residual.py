@@ -13,14 +13,15 @@ import numpy as np
 
 from solver.arrays import Array
 from solver.compiled import ONE, kernel
+from solver.kernels.limiter import EMPTIED, afforded
 from solver.kernels.riemann import hll
 from solver.kernels.source_terms import acting_share, update_cell
-from solver.kernels.state import BELOW_YIELD, LANES, RETAINED, Fields, Fluxes, Material, whole
+from solver.kernels.state import BELOW_YIELD, LANES, Fields, Fluxes, Material, whole
 from solver.lattice.arrays import RING
-from solver.lattice.residual import copy_row, limit_outflow
+from solver.lattice.residual import copy_row
 from solver.lattice.spans import hull
 from solver.surface.arrays import SurfaceArrays
-from solver.surface.metric import Metric
+from solver.surface.metric import EdgeFrames, Metric
 from solver.surface.reconstruction import edge_values
 
 
@@ -47,15 +48,15 @@ def outflow_limits(
     south: int,
     north: int,
     dt: float,
-    limiter: Array,
+    lost: Array,
     to: int,
 ) -> bool:
-    """Positivity limiter: the share of its outflow that each cell of a row can lose in dt (s).
+    """Share of its depth that each cell of a row would lose in dt (s).
 
     Returns
     -------
     bool
-        True if some cell cannot lose all of it; only then ``limiter`` is filled, from index ``to`` on.
+        True if some cell runs dry; only then ``lost`` is filled, from index ``to`` on.
     """
     short = 0
     for k in range(count):
@@ -65,15 +66,51 @@ def outflow_limits(
         out_x = (e if e > 0.0 else 0.0) - (w if w < 0.0 else 0.0)
         out_y = (n if n > 0.0 else 0.0) - (s if s < 0.0 else 0.0)
         c = np.uint64(cell) + i
-        short |= 1 if (out_x + out_y) * (dt * per_area[c]) > (1.0 - RETAINED) * h[c] else 0
+        short |= 1 if (out_x + out_y) * (dt * per_area[c]) > EMPTIED * h[c] else 0
     if short == 0:
         return False
     for k in range(count):
         w, e, s, n = x_mass[west + k], x_mass[west + 1 + k], y_mass[south + k], y_mass[north + k]
         out = (max(e, 0.0) - min(w, 0.0)) + (max(n, 0.0) - min(s, 0.0))
-        loss, most = out * (dt * per_area[cell + k]), (1.0 - RETAINED) * h[cell + k]
-        limiter[to + k] = most / loss if loss > most else 1.0
+        lost[to + k] = out * (dt * per_area[cell + k]) / (h[cell + k] + 1e-300)
     return True
+
+
+@kernel()
+def limit_outflow(
+    fluxes: Fluxes,
+    at: int,
+    lost: Array,
+    low: int,
+    high: int,
+    u: Array,
+    v: Array,
+    edges: EdgeFrames,
+    cell: int,
+    neighbour: int,
+    count: int,
+) -> None:
+    """Replace fluxes by what cells can afford, as `solver.lattice.residual.limit_outflow`.
+
+    u, v : velocity in the frames of the cells, m s-1. edges : of the direction.
+    """
+    _, c_low, s_low, c_high, s_high = edges
+    for k in range(count):
+        f, mass = at + k, fluxes.mass[at + k]
+        if mass == 0.0:
+            continue
+        # an edge has the index of the cell on its low side
+        one = cell + k
+        if mass > 0.0:
+            i, share, c, s = one, lost[low + k], c_low[one], s_low[one]
+        else:
+            i, share, c, s = one + neighbour, lost[high + k], c_high[one], s_high[one]
+        fluxes.mass[f], fluxes.normal[f], fluxes.tangential[f] = afforded(
+            (mass, fluxes.normal[f], fluxes.tangential[f]),
+            share,
+            c * u[i] + s * v[i],
+            c * v[i] - s * u[i],
+        )
 
 
 @kernel(unaliased=True)
@@ -166,7 +203,7 @@ def stage(
     static, metric, material, grid = arrays.static, arrays.metric, arrays.material, arrays.grid
     spans, m, dry = arrays.spans.stepped, grid.stride, material.dry
     room = m + LANES
-    along, across, x_fluxes, y_fluxes, limiter, before = arrays.buffers
+    along, across, x_fluxes, y_fluxes, lost, before = arrays.buffers
     h, u, v = now
     x, y, g_n = metric.x_edges, metric.y_edges, metric.g_n
     x_mass, y_mass = x_fluxes.mass, y_fluxes.mass
@@ -188,19 +225,21 @@ def stage(
             hll(along, a - 1, along, a, static, cell, ONE, whole(b - a + 1), dry, x_fluxes, ring + a)
             lengthen(x_fluxes, ring + a, x.length, cell, b - a + 1)
             masses = x_mass, ring + a, y_mass, below + a, ring + a
-            short = outflow_limits(h, metric.per_area, cell + 1, b - a, *masses, dt, limiter, ring + a)
+            short = outflow_limits(h, metric.per_area, cell + 1, b - a, *masses, dt, lost, ring + a)
             if not short:
-                limiter[ring + a : ring + b] = 1.0
+                lost[ring + a : ring + b] = 0.0
             else:
-                limiter[ring + a - 1] = limiter[ring + b] = 1.0
-                limit_outflow(x_fluxes, ring + a, limiter, ring + a - 1, ring + a, b - a + 1)
+                lost[ring + a - 1] = lost[ring + b] = 0.0
+                to = ring + a - 1, ring + a, u, v, x, cell, 1, b - a + 1
+                limit_outflow(x_fluxes, ring + a, lost, *to)
         if short or short_before:
             a, b = hull(spans, j - 1, j)
             for row in (j - 1, j):
                 lo, hi = (spans[0, row], spans[1, row]) if spans[0, row] < spans[1, row] else (b, b)
-                limiter[(row % RING) * room + a : (row % RING) * room + lo] = 1.0
-                limiter[(row % RING) * room + hi : (row % RING) * room + b] = 1.0
-            limit_outflow(y_fluxes, below + a, limiter, below + a, ring + a, b - a)
+                lost[(row % RING) * room + a : (row % RING) * room + lo] = 0.0
+                lost[(row % RING) * room + hi : (row % RING) * room + b] = 0.0
+            over = below + a, ring + a, u, v, y, (j - 1) * m + a, m, b - a
+            limit_outflow(y_fluxes, below + a, lost, *over)
         short_before = short
         row = j - 1
         a, b = spans[0, row], spans[1, row]

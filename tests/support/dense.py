@@ -11,7 +11,7 @@ from dense_pressure import earth_pressure, stretching
 
 from solver.physics.friction import Voellmy
 
-RETAINED, YIELD_TOLERANCE = 1e-12, 1 + 1e-12
+RETAINED, EMPTIED, YIELD_TOLERANCE = 1e-12, 0.75, 1 + 1e-12
 INNER = np.s_[2:-2, 2:-2]
 
 
@@ -199,17 +199,32 @@ def out_of(mass):
 
 
 def outflow_limits(h, x_mass, y_mass, dt, dx, dy):
-    """Share of its outflow that leaves a cell the RETAINED-th part of its depth."""
+    """Share of its depth that a cell would lose."""
     loss = dt / dx * out_of(x_mass) + dt / dy * out_of(y_mass.T).T
-    most = (1 - RETAINED) * h
-    return np.where(loss > most, most / np.where(loss > most, loss, 1.0), 1.0)
+    return loss / np.where(h > 0, h, 1.0)
 
 
-def scaled(flux, keep):
-    """The part of the fluxes along the rows that the cells they leave can afford."""
-    around = np.pad(keep, ((0, 0), (1, 1)), constant_values=1.0)
-    share = np.where(flux.mass > 0, around[:, :-1], np.where(flux.mass < 0, around[:, 1:], 1.0))
-    return Flux(flux.mass * share, flux.normal * share, flux.tangential * share, flux.pressure)
+def afforded(flux, lost, n, t):
+    """Leave a cell the RETAINED-th part of its depth, and what is left of it up to twice its velocity."""
+    acts, carries = (lost > EMPTIED) & (flux.mass != 0), np.where(flux.mass != 0, flux.mass, 1.0)
+    part = np.minimum(lost, 1 - RETAINED)
+    mass = np.where(acts, flux.mass * part / np.where(acts, lost, 1.0), flux.mass)
+    more = (np.abs(n) + np.abs(t)) * (1 - part) / np.where(acts, part, 1.0)
+    normal, tangential = (
+        np.where(acts, mass * np.clip(q / carries, mean - more, mean + more), q)
+        for q, mean in ((flux.normal, n), (flux.tangential, t))
+    )
+    return Flux(mass, normal, tangential, flux.pressure)
+
+
+def scaled(flux, lost, n, t):
+    """What the cells that fluxes along the rows leave can afford."""
+
+    def giver(q):
+        around = np.pad(q, ((0, 0), (1, 1)))
+        return np.where(flux.mass > 0, around[:, :-1], np.where(flux.mass < 0, around[:, 1:], 0.0))
+
+    return afforded(flux, giver(lost), giver(n), giver(t))
 
 
 def difference(q):
@@ -401,9 +416,9 @@ class Run(Twin):
         h_1, all_ = source.h, self.surrounded(source)
         x = fluxes(all_, self.beta_x, self.static, *self.sides[:2], self.dry)
         y = fluxes(transposed(all_), self.beta_y.T, self.static.T, *self.sides[2:], self.dry)
-        keep = outflow_limits(h_1, x.mass, y.mass.T, dt, self.dx, self.dy)
-        self.drained += int((keep < 1).sum())
-        x, y = scaled(x, keep), scaled(y, keep.T)
+        lost = outflow_limits(h_1, x.mass, y.mass.T, dt, self.dx, self.dy)
+        self.drained += int((lost > EMPTIED).sum())
+        x, y = scaled(x, lost, source.u, source.v), scaled(y, lost.T, source.v.T, source.u.T)
         for k, (mass, length) in enumerate(((x.mass, self.dy), (y.mass, self.dx))):
             for side, leaving in ((2 * k, -mass[:, 0]), (2 * k + 1, mass[:, -1])):
                 self.ledger[side, 1] += share * dt * length * np.maximum(leaving, 0).sum()

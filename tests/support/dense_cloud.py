@@ -5,10 +5,12 @@ Faces are the inner ones, then the boundary ones, whose right cell is a ghost of
 
 import numpy as np
 from dense import (
-    RETAINED,
+    EMPTIED,
     YIELD_TOLERANCE,
+    Flux,
     State,
     Twin,
+    afforded,
     face_state,
     hll,
     leaving_at_depth,
@@ -245,18 +247,21 @@ class CloudRun(Twin):
                 n, t = n_x[f] * u_1[i] + n_y[f] * v_1[i], n_x[f] * v_1[i] - n_y[f] * u_1[i]
                 tangential[f] = (np.abs(n) + c[0][f]) * h_1[i] * t
         lost = dt * self.around((self.length * np.maximum(mass, 0), self.length * np.maximum(-mass, 0)))
-        most = (1 - RETAINED) * h_1 * area
-        keep = np.where(lost > most, most / np.where(lost > most, lost, 1.0), 1.0)
-        self.limited += int((keep < 1).sum())
-        keep = np.concatenate([keep, np.ones(len(self.kinds))])
-        scale = np.where(mass > 0, keep[self.left], np.where(mass < 0, keep[self.right], 1.0))
-        mass, normal, tangential = mass * scale, normal * scale, tangential * scale
+        lost = lost / np.where(h_1 > 0, h_1 * area, 1.0)
+        self.limited += int((lost > EMPTIED).sum())
+        outside = np.zeros(len(self.kinds))
+
+        def giver(q):
+            all_ = np.concatenate([q, outside])
+            return np.where(mass > 0, all_[self.left], np.where(mass < 0, all_[self.right], 0.0))
+
+        momentum = n_x * normal - n_y * tangential, n_y * normal + n_x * tangential
+        mass, *momentum, _ = afforded(Flux(mass, *momentum, pressure), giver(lost), giver(u_1), giver(v_1))
         through = share * dt * (self.length * mass)[self.inner :]
         np.add.at(self.ledger[:, 1], self.cells.side, np.maximum(through, 0))
         np.add.at(self.ledger[:, 0], self.cells.side, np.maximum(-through, 0))
         free = 1 - self.held[: self.n]
         load = loaded(h_1, h_1 + dt * self.around((-self.length * mass, self.length * mass)) / area)
-        momentum = n_x * normal - n_y * tangential, n_y * normal + n_x * tangential
         gains = [self.around((-self.length * mass, self.length * mass)) / area]
         for q, n, b, pull in zip(momentum, (n_x, n_y), beta, (self.along, 0.0), strict=True):
             push = self.around((-self.length * n * pressure, self.length * n * pressure))

@@ -78,7 +78,7 @@ def test_the_kernels_are_the_dense_scheme(name):
     wanted = dense_cloud.simulate(start, end, arrival_depth=0.05)
     run = simulate(start, [end], arrival_depth=0.05)
     assert run.failure is None
-    assert run.steps == wanted.steps > 3
+    assert run.steps == wanted.steps >= 3
     close = {"rtol": 1e-12, "atol": 1e-12}
     np.testing.assert_allclose(run.depth[0], wanted.state.h, **close)
     np.testing.assert_allclose(run.velocity_x[0], wanted.state.u, rtol=1e-9, atol=1e-9)
