@@ -3,19 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cache
+from functools import cache, wraps
 from pathlib import Path
-from typing import Any
+from typing import Any, ParamSpec, Protocol, TypeVar, cast
 
 import numba
 import numpy as np
 from numba.core.codegen import get_host_cpu_features
 from numba.core.compiler import Compiler
+from numba.extending import overload
 
 from solver import sources
 
+P = ParamSpec("P")
+R_co = TypeVar("R_co", covariant=True)
+Kernel = TypeVar("Kernel", bound=Callable[..., Any])
 # What kernels give each other in place of literals: for each of these Numba would compile them once more.
 ZERO, ONE = np.int64(0), np.int64(1)
+# Of fast mathematics: no NaN occurs, and zeros have no sign.
+FAST = {"nnan", "nsz"}
 # the settings of numba are made at run time
 config: Any = numba.config
 
@@ -104,7 +110,7 @@ def kernel(
     cached : bool
         Whether it is kept on disk.
     """
-    flags = {"nnan", "nsz"} if fastmath else False
+    flags = FAST if fastmath else False
 
     def compile_(function: Callable[..., Any]) -> Any:
         widen_vectors()
@@ -124,6 +130,48 @@ def kernel(
             config.CACHE_DIR = before
 
     return compile_
+
+
+class ByType(Protocol[P, R_co]):
+    """Kernels of one meaning, called with a named tuple and the rest."""
+
+    def __call__(self, *args: P.args, **kwargs: P.kwargs) -> R_co:
+        """Call the kernel that the class of the first argument chooses."""
+        ...
+
+    def of(self, *classes: type) -> Callable[[Kernel], Kernel]:
+        """Decorate the kernel for named tuples of some classes."""
+        ...
+
+
+def by_type(declared: Callable[P, R_co]) -> ByType[P, R_co]:
+    """Decorate the declaration of kernels between which the class of their first argument chooses.
+
+    The choice is made when what calls them is compiled, and they become part of it: the choice costs nothing,
+    and what is not chosen is not compiled. Python chooses in the same way.
+    """
+    chosen: dict[type, Callable[..., Any]] = {}
+    compile_ = cache(numba.njit(error_model="numpy", fastmath=FAST))
+
+    @wraps(declared)
+    def call(law: Any, *rest: Any) -> Any:
+        return compile_(chosen[type(law)])(law, *rest)
+
+    def of(*classes: type) -> Callable[[Kernel], Kernel]:
+        def keep(function: Kernel) -> Kernel:
+            chosen.update(dict.fromkeys(classes, function))
+            return function
+
+        return keep
+
+    options: Any = {"error_model": "numpy", "fastmath": FAST, "forceinline": True}
+
+    @overload(call, jit_options=options, strict=False)
+    def _choose(law: Any, *rest: Any) -> Any:
+        return chosen.get(getattr(law, "instance_class", type(None)))
+
+    call.of = of  # type: ignore[attr-defined]
+    return cast("ByType[P, R_co]", call)
 
 
 def is_compiled(function: Any) -> bool:

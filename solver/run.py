@@ -13,7 +13,9 @@ from solver.arrays import Array
 from solver.kernels.record import Record
 from solver.kernels.runge_kutta import AT_REST, OUT_OF_STEPS, Limits, Progress
 from solver.kernels.state import DEPTH, NO_SLIP, OPEN, WALL, Fields, Material, Sides
+from solver.physics.earth_pressure import MohrCoulomb
 from solver.physics.elevation import Surface
+from solver.physics.friction import Coulomb
 from solver.scene import Scene
 
 Carried = Mapping[str, NDArray[Any]]
@@ -236,7 +238,7 @@ def sides_of(scene: Scene) -> Sides:
         if side not in KINDS and (isinstance(side, str) or not 0 <= side < np.inf):
             raise ValueError(f"a side must be one of {', '.join(KINDS)} or a depth, not {side!r}")
     along, normal = gravity_along_and_normal(scene, np.array(scene.points.x), np.full(2, scene.points.y[0]))
-    lean = np.sign(along) * np.maximum(0.0, np.abs(along) - friction.tangent * normal)
+    lean = np.sign(along) * np.maximum(0.0, np.abs(along) - friction.least_coefficient * normal)
     return Sides(
         np.array([KINDS[s] if isinstance(s, str) else DEPTH for s in given]),
         np.array([0.0 if isinstance(s, str) else float(s) for s in given]),
@@ -271,18 +273,24 @@ def falling_rate(scene: Scene, x: Array, y: Array, widths: Array | float) -> Arr
         Rate along x of a speed of 1 m s-1 in the cells there, m-1.
     """
     along, normal = gravity_along_and_normal(scene, x, y)
-    free = np.maximum(0.0, np.abs(along) - scene.friction.tangent * normal)
+    free = np.maximum(0.0, np.abs(along) - scene.friction.least_coefficient * normal)
     return np.asarray(np.sqrt(scene.scheme.cfl * free * widths))
 
 
 def material_of(scene: Scene, depth: Array, sides: Sides) -> Material:
-    """Give friction, earth pressure and wet limit to the kernels; ``depth`` is the initial one, m."""
-    friction = scene.friction
+    """Give friction, earth pressure and wet limit to the kernels; ``depth`` is the initial one, m.
+
+    Raises
+    ------
+    ValueError
+        If the law of friction has no density and needs one, or does not go with the earth pressure.
+    """
+    if isinstance(scene.earth_pressure, MohrCoulomb) and not isinstance(scene.friction, Coulomb):
+        raise ValueError("mohr-coulomb earth pressure goes with coulomb and voellmy friction alone")
     dry = scene.scheme.wet_limit * max(depth.max(), sides.depth.max())
     pressure = scene.earth_pressure
     return Material(
-        friction.tangent,
-        friction.drag(scene.gravity),
+        scene.friction.resistance(scene.gravity),
         pressure.coefficients(),
         pressure.transition(),
         float(dry),

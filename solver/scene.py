@@ -9,7 +9,7 @@ from solver.arrays import Array
 from solver.physics.constants import GRAVITY
 from solver.physics.earth_pressure import EarthPressure, Isotropic
 from solver.physics.elevation import Surface
-from solver.physics.friction import Coulomb, Voellmy
+from solver.physics.friction import Friction
 from solver.physics.terrain import Terrain
 from solver.points.cloud import PointCloud
 from solver.points.lattice import Lattice
@@ -67,7 +67,7 @@ class Scene:
     depth: Array
     velocity_x: Array
     velocity_y: Array
-    friction: Coulomb | Voellmy
+    friction: Friction
     earth_pressure: EarthPressure = field(default_factory=Isotropic)
     gravity: float = GRAVITY
     boundaries: Boundaries = field(default_factory=Boundaries)

@@ -8,7 +8,6 @@ import numpy as np
 
 from pipeline.scenario import solver_objects
 from pipeline.settings.settings import Settings
-from solver.physics.friction import Voellmy
 from solver.physics.terrain import Bend, Segments, SlopeProfile
 from solver.release.shapes import Hemisphere, Release
 
@@ -24,7 +23,7 @@ def reach(settings: Settings, slope: SlopeProfile) -> float | None:
     """Give the distance that a flow travels at least until ``time.end``, m, if a domain cannot hold it.
 
     It is known where the bed is steeper than friction everywhere beyond the release: Coulomb friction leaves
-    at least a constant acceleration, Voellmy's at least the speed at which a film is in equilibrium.
+    at least a constant acceleration, drag at least the speed at which a film is in equilibrium.
 
     Returns
     -------
@@ -37,14 +36,15 @@ def reach(settings: Settings, slope: SlopeProfile) -> float | None:
     inclination = _least(slope, start, stop, _ends(slope))
     friction, _ = solver_objects.laws(settings)
     # at unit normal load
-    driving = float(np.sin(inclination) - np.cos(inclination) * friction.tangent)
+    driving = float(np.sin(inclination) - np.cos(inclination) * friction.least_coefficient)
     if driving <= 0:
         return None
     end = float(getattr(settings.time, "end", None) or np.inf)
-    found = 0.5 * settings.gravity * driving * end**2
-    if isinstance(friction, Voellmy):
-        depth = settings.output.threshold or THINNEST * max(map(_height, releases))
-        found = min(found, end * float(np.sqrt(friction.turbulent_friction * depth * driving)))
+    depth = settings.output.threshold or THINNEST * max(map(_height, releases))
+    speed = friction.film_speed(depth, driving)
+    if speed == 0:
+        return None
+    found = min(0.5 * settings.gravity * driving * end**2, end * speed)
     spacing = getattr(settings.points, "spacing", None)
     if spacing is None:
         return None

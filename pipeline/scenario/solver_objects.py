@@ -12,7 +12,7 @@ from pipeline.settings.physics import MaterialLaws
 from pipeline.settings.surface import ElevationTerrain, PolygonsRelease
 from solver.physics.earth_pressure import EarthPressure
 from solver.physics.elevation import ElevationModel
-from solver.physics.friction import Coulomb
+from solver.physics.friction import Friction
 from solver.physics.terrain import SlopeProfile
 from solver.physics.terrain_table import Table
 from solver.points.lattice import Lattice
@@ -78,7 +78,7 @@ def scheme(settings: Settings) -> Scheme:
     return made
 
 
-def laws(settings: Settings) -> tuple[Coulomb, EarthPressure]:
+def laws(settings: Settings) -> tuple[Friction, EarthPressure]:
     """Make the laws of basal friction and of earth pressure."""
     material: MaterialLaws = settings.material
     return material.laws()

@@ -8,7 +8,7 @@ the keys of all (`earth_pressure: isotropic` beside `bed_friction`).
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import MISSING, fields, is_dataclass
 from inspect import cleandoc
 from types import EllipsisType, NoneType, UnionType
@@ -94,7 +94,8 @@ def made(
         if each.name in values:
             continue
         name, other = declared.key or each.name, declared.alternative
-        value = getattr(section, name)
+        # left out where another section holds it
+        value = getattr(section, name, None)
         if other is not None and (second := getattr(section, other.name)) is not None:
             if value is not None:
                 raise relation(f"expected either {name} or {other.name}, found both", other.name, name)
@@ -185,7 +186,9 @@ def _strict(hint: Any, declared: Parameter) -> Any:
 _sections: dict[tuple[type, str, bool], type[Generated]] = {}
 
 
-def section_of(cls: type, choice: str = "", *, default: bool = False) -> type[Generated]:
+def section_of(
+    cls: type, choice: str = "", *, default: bool = False, without: Collection[str] = ()
+) -> type[Generated]:
     """Make a section whose keys are the parameters of a dataclass, once.
 
     Parameters
@@ -196,16 +199,20 @@ def section_of(cls: type, choice: str = "", *, default: bool = False) -> type[Ge
         Key that names the class where several may stand, with the class's `tag` as its value.
     default : bool
         Whether that key may be left out.
+    without : collection of str
+        Keys of parameters that another section holds.
     """
     wanted = cls, choice, default
     if wanted not in _sections:
-        _sections[wanted] = section_with(cls, choice, {}, default=default)
+        _sections[wanted] = section_with(cls, choice, {}, default=default, without=without)
     return _sections[wanted]
 
 
-def section_with(cls: type, choice: str, more: Keys, *, default: bool = False) -> type[Generated]:
+def section_with(
+    cls: type, choice: str, more: Keys, *, default: bool = False, without: Collection[str] = ()
+) -> type[Generated]:
     """Make a section as `section_of` does, with ``more`` keys before those of the class."""
-    held = keys_of(cls)
+    held = {name: of for name, of in keys_of(cls).items() if name not in without}
     # what all classes of a choice have in common comes first
     common = {declared.key or each.name for each, declared in parameters(cls) if each.kw_only}
     named: Keys = {}

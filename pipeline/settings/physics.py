@@ -48,7 +48,9 @@ _TABLE = section_with(
 )
 _PROFILES = [*(section_of(each, "profile") for each in terrain.PROFILES), _TABLE]
 _SHAPES = [section_of(each, "shape") for each in shapes.SHAPES]
-_FRICTION = [section_of(each, "law") for each in friction.LAWS]
+# what laws of friction have in common with others of the flow
+_OF_MATERIAL = ("density",)
+_FRICTION = [section_of(each, "law", without=_OF_MATERIAL) for each in friction.LAWS]
 _SECTIONS = [section_of(terrain.Segment)]
 _SCHEMES = [section_of(each, "form", default=i == 0) for i, each in enumerate(scheme.SCHEMES)]
 
@@ -56,7 +58,7 @@ _SCHEMES = [section_of(each, "form", default=i == 0) for i, each in enumerate(sc
 class MaterialLaws(FlatSection):
     """Friction and earth pressure."""
 
-    def laws(self) -> tuple[friction.Coulomb, earth_pressure.EarthPressure]:
+    def laws(self) -> tuple[friction.Friction, earth_pressure.EarthPressure]:
         """Make the laws of basal friction and of earth pressure.
 
         Raises
@@ -65,12 +67,25 @@ class MaterialLaws(FlatSection):
             If a parameter of one is missing, or parameters do not go together.
         """
         named = getattr(self, "friction", None)
-        resistance: friction.Coulomb = self._shorthand() if named is None else named.make()
+        resistance: friction.Friction = self._shorthand() if named is None else self._named(named)
         law = _PRESSURES[getattr(self, "earth_pressure")]  # noqa: B009
         given = {}
-        if named is not None and any(each.name == "bed_friction" for each, _ in parameters(law)):
-            given = {"bed_friction": (resistance.bed_friction, "friction")}
+        if any(each.name == "bed_friction" for each, _ in parameters(law)):
+            if not isinstance(resistance, friction.Coulomb):
+                found = f"expected isotropic with friction {tag(type(resistance))}, found {tag(law)}"
+                raise relation(found, "earth_pressure", "friction")
+            if named is not None:
+                given = {"bed_friction": (resistance.bed_friction, "friction")}
         return resistance, made(law, self, given, why="earth_pressure")
+
+    def _named(self, named: Generated) -> friction.Friction:
+        """Make the law of friction of a section of its own, with what the material holds of it."""
+        here = [each.name for each, _ in parameters(named.source) if each.name in _OF_MATERIAL]
+        law: friction.Friction = named.make(**{name: getattr(self, name) for name in here})
+        if law.needs_density and getattr(self, "density") is None:  # noqa: B009
+            found = f"expected a density with friction {tag(type(law))}, found nothing"
+            raise relation(found, "density", "friction")
+        return law
 
     def _shorthand(self) -> friction.Coulomb:
         """Make the law of friction whose own keys are given beside those of earth pressure."""
@@ -86,7 +101,11 @@ class MaterialLaws(FlatSection):
         return self
 
 
-_SHORTHAND = keys_of(friction.Voellmy, optional=True)
+_SHORTHAND = {
+    name: held
+    for name, held in keys_of(friction.Voellmy, optional=True).items()
+    if name in keys_of(friction.Coulomb) or name == "turbulent_friction"
+}
 
 
 def _material() -> type[MaterialLaws]:
@@ -100,6 +119,7 @@ def _material() -> type[MaterialLaws]:
             key("law of earth pressure", default=next(iter(_PRESSURES)), choices=choices),
         ),
         **_SHORTHAND,
+        **{name: keys_of(friction.Bingham)[name] for name in _OF_MATERIAL},
         "friction": (
             union_of("law", _FRICTION) | None,
             key(
@@ -112,7 +132,7 @@ def _material() -> type[MaterialLaws]:
     model = create_model(
         "Material", __base__=MaterialLaws, __doc__=MaterialLaws.__doc__, __module__=__name__, **keys
     )
-    model.alternatives = alternatives_of(friction.Coulomb) | {"friction"}
+    model.alternatives = alternatives_of(friction.Coulomb) | {"friction", *_OF_MATERIAL}
     return model
 
 

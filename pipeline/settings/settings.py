@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal, get_args
 
 from pydantic import Discriminator, Field, Tag, model_validator
 
+from pipeline.settings.generated import tag
 from pipeline.settings.hazard import Georeference, Hazard
 from pipeline.settings.physics import DEFAULT_SCHEME, AnyRelease, AnyScheme, AnyTerrain, Material
 from pipeline.settings.points import Points, Region
@@ -15,6 +16,7 @@ from pipeline.settings.sample import Sample, Scalar
 from pipeline.settings.section import Positive, Section, key, relation
 from pipeline.settings.surface import ElevationTerrain, unfit
 from solver.physics.constants import GRAVITY
+from solver.physics.friction import Coulomb
 from solver.scheme import Collocation
 
 FieldName = Literal[
@@ -262,6 +264,10 @@ class Settings(Section):
                 if isinstance(stands, GivenDepth):
                     found = "expected open, wall or no-slip with form collocation, found a given depth"
                     raise relation(found, f"boundaries.{side}", "scheme.form")
+            law, _ = self.material.laws()
+            if not isinstance(law, Coulomb):
+                found = f"expected coulomb or voellmy with form collocation, found {tag(type(law))}"
+                raise relation(found, "material.friction", "scheme.form")
         return self
 
     @model_validator(mode="after")
@@ -277,6 +283,10 @@ class Settings(Section):
     def _timed(self) -> Settings:
         if self.time.end is None and "gravity" in self.varied:
             raise relation("expected a time, as gravity differs between the runs", "time.end", "gravity")
+        law, _ = self.material.laws()
+        if self.time.end is None and not law.comes_to_rest:
+            found = f"expected a time, as {tag(type(law))} friction stops nothing, found nothing"
+            raise relation(found, "time.end", "material.friction")
         if self.time.end is None and self.time.output_every is not None and self.domain is not None:
             frames = self.latest_end / self.time.output_every
             if not 1 <= frames <= MOST_FRAMES:

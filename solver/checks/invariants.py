@@ -193,7 +193,7 @@ class Laws:
         x = points.coordinates[0]
         xi = scene.profile.inclination(x)
         self.along, self.normal = scene.gravity * np.sin(xi), scene.gravity * np.cos(xi)
-        self.hold = scene.friction.tangent * self.normal
+        self.hold = scene.friction.least_coefficient * self.normal
         self.plane = not scene.profile.curvature(x).any() and float(np.ptp(xi)) == 0.0
         heights, beds = (scene.gravity * z for z in elevations(scene.terrain, points))
         self.potential = beds - heights.min()

@@ -178,7 +178,8 @@ def update_run(
             load,
             part,
             dt,
-            material,
+            material.law,
+            material.dry,
         )
 
 

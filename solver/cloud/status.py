@@ -13,7 +13,7 @@ from solver.cloud.reconstruction import flatten_fed, slopes_at, strain_at
 from solver.compiled import kernel
 from solver.kernels.boundary import status_at_depth
 from solver.kernels.earth_pressure import earth_pressure, wave_speed
-from solver.kernels.source_terms import below_yield
+from solver.kernels.friction import below_yield, raised_rate
 from solver.kernels.state import (
     BELOW_YIELD,
     DEPTH,
@@ -109,6 +109,7 @@ def set_status(
         mean, most = around * math.sqrt(square if square > 0.0 else 0.0), w_x * abs(u) + w_y * abs(v)
         leaving = (mean if mean < most else most) + waves
         leaving = leaving if leaving > bed.falling[i] else bed.falling[i]
+        leaving = raised_rate(material.law, leaving, h, normal, material.dry)
         rate[i] = leaving if wet else 0.0
 
 
@@ -125,7 +126,7 @@ def is_static(
 ) -> bool:
     """Whether cell i, which is at rest, is below yield.
 
-    It is if ``|(beta_x h_x - g sin xi, beta_y h_y)|`` is at most ``g cos xi tan delta`` at each face, with
+    It is if ``|(beta_x h_x - g sin xi, beta_y h_y)|`` is at most ``R(0, h)`` at each face, with
     the difference to the cell beyond and the gradient along the face. A wall supports what presses on it.
     From a dry cell nothing can slide in: what supports the rim of a heap lies below it.
     """
@@ -140,7 +141,7 @@ def is_static(
         pull_y = b_y * (slopes[1, i] + more * d_y)
         if h[j] <= material.dry and pull_x * d_x + pull_y * d_y >= 0.0:
             continue
-        if not below_yield(pull_x, pull_y, bed.normal[i], material):
+        if not below_yield(material.law, pull_x, pull_y, 0.5 * (h[i] + h[j]), bed.normal[i]):
             return False
     return True
 
@@ -170,7 +171,7 @@ def classify_ghosts(
             b_n = b_x * n_x * n_x + b_y * n_y * n_y
             drive = b_n * (h[ghost] - h[i]) / way - n_x * bed.along[i]
             status.static[ghost], speed = status_at_depth(
-                status.static[ghost], h[ghost], drive, b_n, bed.normal[i], material
+                status.static[ghost], h[ghost], h[i], drive, b_n, bed.normal[i], material
             )
             fastest = max(fastest, speed * faces.geometry[6, f] / area[i])
     return fastest

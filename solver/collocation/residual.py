@@ -176,7 +176,8 @@ def update(
             load,
             part,
             dt,
-            material,
+            material.law,
+            material.dry,
         )
         q.h[i], q.hu[i], q.hv[i] = h, h * u, h * v
 

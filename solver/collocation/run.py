@@ -14,6 +14,7 @@ from solver.collocation.time_stepping import advance_collocation
 from solver.kernels.earth_pressure import at_rest
 from solver.kernels.record import Record, record_cells
 from solver.kernels.state import DEPTH, NO_SLIP, OPEN, CloudBed, Fields, Sides
+from solver.physics.friction import Coulomb
 from solver.points.lattice import Lattice
 from solver.points.voronoi import SIDE_NORMALS
 from solver.run import Run, by_name, falling_rate, gravity_along_and_normal, state_of
@@ -109,6 +110,8 @@ class CollocationRun(Run):
         scheme = scene.scheme
         if not isinstance(scheme, Collocation):
             raise TypeError(f"a collocation run needs its scheme, not a {type(scheme).__name__}")
+        if not isinstance(scene.friction, Coulomb):
+            raise ValueError("the collocation form knows coulomb and voellmy friction alone")
         self.operators = operators = operators_of(scene, scheme)
         initial = state_of(scene)
         super().__init__(scene, initial[0], end, arrival_depth, indices=1)

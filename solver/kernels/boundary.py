@@ -6,7 +6,7 @@ import math
 
 from solver.arrays import Array
 from solver.compiled import kernel
-from solver.kernels.source_terms import below_yield
+from solver.kernels.friction import below_yield
 from solver.kernels.state import BELOW_YIELD, DRY, NO_SLIP, OPEN, WALL, Material
 
 # What has this share of a given depth at least may be of the layer that is fed.
@@ -54,7 +54,7 @@ def account(leaving: float, side: int, ledger: Array) -> None:
 
 @kernel(inline=True)
 def status_at_depth(
-    static: float, h: float, drive: float, beta: float, normal: float, material: Material
+    static: float, h: float, inside: float, drive: float, beta: float, normal: float, material: Material
 ) -> tuple[float, float]:
     """Status of a ghost beyond a side of given depth, and the speed at which it drives the cell inside.
 
@@ -64,8 +64,8 @@ def status_at_depth(
     ----------
     static : float
         Status of the cell inside.
-    h : float
-        Given depth, m.
+    h, inside : float
+        Given depth, and that of the cell inside, m.
     drive : float
         Pressure gradient toward the cell less gravity, m s-2.
     beta, normal : float
@@ -76,7 +76,7 @@ def status_at_depth(
     static, speed : float
         The speed is in m s-1, and 0 where it does not drive.
     """
-    if below_yield(drive, 0.0, normal, material):
+    if below_yield(material.law, drive, 0.0, 0.5 * (h + inside), normal):
         return BELOW_YIELD if static == DRY else static, 0.0
     return 0.0, 2.0 * math.sqrt(beta * h)
 

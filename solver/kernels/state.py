@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from solver.arrays import Array, Indices
 from solver.compiled import kernel
+from solver.physics.resistance import Resistance
 
 # Share of its depth that the positivity limiter leaves a cell in a stage, so that round-off cannot make it
 # negative.
@@ -14,7 +15,7 @@ RETAINED = 1e-12
 # Round-off allowed where a drive exactly at the friction limit is below yield (slope = friction angle).
 YIELD_TOLERANCE = 1.0 + 1e-12
 
-# Why a cell is static: it is dry, or at rest and below the yield limit of dry friction.
+# Why a cell is static: it is dry, or at rest and below the yield limit of friction.
 DRY, BELOW_YIELD = 1.0, 2.0
 
 GHOSTS = 2
@@ -124,10 +125,8 @@ class Material(NamedTuple):
 
     Attributes
     ----------
-    tangent
-        Coefficient of dry friction, tan(delta).
-    drag
-        Coefficient of turbulent drag, g / turbulent friction, 0 for dry friction, dimensionless.
+    law
+        Of basal friction, whose class chooses the kernels of `solver.kernels.friction`.
     pressure
         The six earth-pressure coefficients, in the order of `PressureCoefficients`.
     transition
@@ -136,8 +135,7 @@ class Material(NamedTuple):
         Depth up to which a cell counts as dry and does not move, m.
     """
 
-    tangent: float
-    drag: float
+    law: Resistance
     pressure: tuple[float, float, float, float, float, float]
     transition: tuple[float, float, float]
     dry: float

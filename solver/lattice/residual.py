@@ -393,5 +393,6 @@ def update_row(
             load,
             part,
             dt,
-            material,
+            material.law,
+            material.dry,
         )

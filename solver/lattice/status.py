@@ -10,7 +10,7 @@ from solver.arrays import Array
 from solver.compiled import ONE, kernel
 from solver.kernels.boundary import status_at_depth
 from solver.kernels.earth_pressure import earth_pressure, stretching, wave_speed
-from solver.kernels.source_terms import below_yield
+from solver.kernels.friction import faces_below_yield, raised_rate
 from solver.kernels.state import (
     AXIS,
     BELOW_YIELD,
@@ -52,6 +52,7 @@ def fix_pressure(
         b_x, b_y = bed.normal[c] * k_x, bed.normal[c] * k_y
         status.beta_x[i], status.beta_y[i] = b_x, b_y
         this = (abs(u[i]) + math.sqrt(b_x * h[i])) * over_x + (abs(v[i]) + math.sqrt(b_y * h[i])) * over_y
+        this = raised_rate(material.law, this, h[i], bed.normal[c], dry)
         this = this if h[i] > dry else 0.0
         rate[c] = this if this > rate[c] else rate[c]
 
@@ -98,6 +99,7 @@ def choose_pressure(
         status.beta_x[i], status.beta_y[i] = b_x, b_y
         this = (abs(u_i) + wave_speed(wave_x, b_x, h[i])) * over_x
         this += (abs(v_i) + wave_speed(wave_y, b_y, h[i])) * over_y
+        this = raised_rate(material.law, this, h[i], bed.normal[c], dry)
         this = this if wet else 0.0
         rate[c] = this if this > rate[c] else rate[c]
 
@@ -117,8 +119,8 @@ def classify_run(
     """Set earth pressure and status of a run of cells, and raise the wave rate of their columns.
 
     A cell is static if it is dry, or at rest with ``|(beta_x h_x - g sin xi, beta_y h_y)|`` at most
-    ``g cos xi tan delta`` at each of its faces: were it asked of the whole cell alone, a spike one cell wide
-    would stand.
+    ``R(0, h)``, of dry friction ``g cos xi tan delta``, at each of its faces: were it asked of the whole cell
+    alone, a spike one cell wide would stand.
 
     Parameters
     ----------
@@ -142,12 +144,9 @@ def classify_run(
         pull = bed.along[c]
         back_x, forth_x = b_x * (h[i] - h[w]) * over_x - pull, b_x * (h[e] - h[i]) * over_x - pull
         back_y, forth_y = b_y * (h[i] - h[s]) * over_y, b_y * (h[n] - h[i]) * over_y
-        mean_x, mean_y = 0.5 * (back_x + forth_x), 0.5 * (back_y + forth_y)
-        steep_x = back_x if abs(back_x) > abs(forth_x) else forth_x
-        steep_y = back_y if abs(back_y) > abs(forth_y) else forth_y
+        back, forth, behind, ahead = (back_x, back_y), (forth_x, forth_y), (h[w], h[s]), (h[e], h[n])
         rests = u[i] * u[i] + v[i] * v[i] == 0.0
-        rests &= below_yield(steep_x, mean_y, bed.normal[c], material)
-        rests &= below_yield(mean_x, steep_y, bed.normal[c], material)
+        rests &= faces_below_yield(material.law, back, forth, h[i], behind, ahead, bed.normal[c])
         static = BELOW_YIELD if rests else 0.0
         status.static[i] = static if h[i] > dry else DRY
 
@@ -219,7 +218,7 @@ def driven_rate(h: Array, status: Status, bed: Bed, material: Material, sides: S
                 continue
             drive = beta * (h[ghost] - h[cell]) / d - pull
             status.static[ghost], speed = status_at_depth(
-                status.static[ghost], h[ghost], drive, beta, bed.normal[column], material
+                status.static[ghost], h[ghost], h[cell], drive, beta, bed.normal[column], material
             )
             rate = max(rate, speed / d)
     return rate

@@ -172,7 +172,8 @@ def update_row(
             load,
             part,
             dt,
-            material,
+            material.law,
+            material.dry,
         )
 
 

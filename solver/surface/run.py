@@ -86,7 +86,7 @@ class SurfaceRun(LatticeRun):
             d,
             drains(self.surface.gaps(x, y), rows, columns, lattice.shape),
             scene.gravity,
-            scene.friction.tangent,
+            scene.friction.least_coefficient,
             scene.scheme.cfl,
         )
 

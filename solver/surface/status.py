@@ -8,8 +8,8 @@ import numpy as np
 
 from solver.arrays import Array
 from solver.compiled import kernel
+from solver.kernels.friction import below_yield, raised_rate
 from solver.kernels.runge_kutta import less_moving
-from solver.kernels.source_terms import below_yield
 from solver.kernels.state import BELOW_YIELD, DRY, GHOSTS, Fields, Grid, Material
 from solver.lattice.spans import Spans, trim
 from solver.surface.metric import Metric
@@ -19,16 +19,19 @@ from solver.surface.metric import Metric
 def rests(
     h_x: float,
     h_y: float,
+    h: float,
     slope: tuple[float, float, float],
     gravity: tuple[float, float, float],
     material: Material,
 ) -> bool:
-    """Whether dry friction balances gravity and a slope of depth in plan.
+    """Whether friction balances gravity and a slope of depth in plan.
 
     Parameters
     ----------
     h_x, h_y : float
         Derivatives of depth in plan, dimensionless.
+    h : float
+        Depth there, m.
     slope : tuple
         p, r, q of `solver.surface.metric.Metric`.
     gravity : tuple
@@ -36,7 +39,8 @@ def rests(
     """
     p, r, q = slope
     g_1, g_2, g_n = gravity
-    held: bool = below_yield(g_n * (p * h_x) - g_1, g_n * (r * h_x + q * h_y) - g_2, g_n, material)
+    drive_x, drive_y = g_n * (p * h_x) - g_1, g_n * (r * h_x + q * h_y) - g_2
+    held: bool = below_yield(material.law, drive_x, drive_y, h, g_n)
     return held
 
 
@@ -54,7 +58,7 @@ def classify_row(
 ) -> None:
     """Set the status of a run of cells, and raise the wave rate of their columns.
 
-    A cell is static if it is dry, or at rest where the driving acceleration is at most ``g_n tan(delta)`` at
+    A cell is static if it is dry, or at rest where the driving acceleration is at most ``R(0, h)`` at
     each of its edges, with the mean slope of depth in the other direction.
     """
     h, u, v = now
@@ -72,10 +76,10 @@ def classify_row(
         mean_x, mean_y = 0.5 * (back_x + forth_x), 0.5 * (back_y + forth_y)
         u_i, v_i = u[i], v[i]
         held = (u_i * u_i + v_i * v_i) == 0.0
-        held &= rests(back_x, mean_y, slope, gravity, material)
-        held &= rests(forth_x, mean_y, slope, gravity, material)
-        held &= rests(mean_x, back_y, slope, gravity, material)
-        held &= rests(mean_x, forth_y, slope, gravity, material)
+        held &= rests(back_x, mean_y, 0.5 * (h_i + h[w]), slope, gravity, material)
+        held &= rests(forth_x, mean_y, 0.5 * (h_i + h[e]), slope, gravity, material)
+        held &= rests(mean_x, back_y, 0.5 * (h_i + h[s]), slope, gravity, material)
+        held &= rests(mean_x, forth_y, 0.5 * (h_i + h[n]), slope, gravity, material)
         stopped = BELOW_YIELD if held else 0.0
         static[i] = stopped if wet else DRY
         wave = math.sqrt(g_n * h_i)
@@ -89,6 +93,7 @@ def classify_row(
         # what is held does not start in this step
         falling = metric.falling[i] if stopped == 0.0 else 0.0
         this = this if this > falling else falling
+        this = raised_rate(material.law, this, h_i, g_n, dry)
         this = this if wet else 0.0
         rate[c] = this if this > rate[c] else rate[c]
 

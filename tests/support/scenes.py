@@ -7,6 +7,7 @@ import numpy as np
 from solver.kernels.state import Material
 from solver.physics.earth_pressure import MohrCoulomb
 from solver.physics.friction import Coulomb, Voellmy
+from solver.physics.resistance import DryTurbulent
 from solver.physics.terrain import Bend, Plane
 from solver.points.lattice import Lattice
 from solver.scene import Boundaries, Scene, WeightedResidual
@@ -41,7 +42,7 @@ def rough(seed, **changes):
 
 def material(law, friction=0.0, dry=0.0):
     """What kernels are given of a law of earth pressure."""
-    return Material(friction, 0.0, law.coefficients(), law.transition(), dry)
+    return Material(DryTurbulent(friction, 0.0), law.coefficients(), law.transition(), dry)
 
 
 def all_sides(side):
