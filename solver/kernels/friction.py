@@ -11,6 +11,7 @@ from solver.kernels.resistance import (
     faces_below_yield,
     held_momentum,
     loaded,
+    mean_drive,
     raised_rate,
     resistance,
     rest_stress,
@@ -25,6 +26,7 @@ __all__ = [
     "faces_below_yield",
     "held_momentum",
     "inertial",
+    "mean_drive",
     "raised_rate",
     "resistance",
     "rest_stress",
@@ -80,6 +82,11 @@ def _(law: DryTurbulent, drive_x: float, drive_y: float, h: float, normal: float
     return drive_x * drive_x + drive_y * drive_y <= most * most
 
 
+@mean_drive.of(DryTurbulent)
+def _(law: DryTurbulent, back: float, forth: float, h_back: float, h_forth: float, h: float) -> float:
+    return 0.5 * (back + forth)
+
+
 @faces_below_yield.of(DryTurbulent)
 def _(
     law: DryTurbulent,
@@ -132,6 +139,11 @@ def _(law: Resistance, drive_x: float, drive_y: float, h: float, normal: float) 
     return (drive_x * drive_x + drive_y * drive_y) * (h * h) <= most * most
 
 
+@mean_drive.of(Quadratic, Viscoplastic, Inertial)
+def _(law: Resistance, back: float, forth: float, h_back: float, h_forth: float, h: float) -> float:
+    return 0.5 * (back * h_back + forth * h_forth) / (h if h > 0.0 else 1.0)
+
+
 @faces_below_yield.of(Quadratic, Viscoplastic, Inertial)
 def _(
     law: Resistance,
@@ -144,11 +156,14 @@ def _(
 ) -> bool:
     back_x, back_y = back
     forth_x, forth_y = forth
-    mean_x, mean_y = 0.5 * (back_x + forth_x), 0.5 * (back_y + forth_y)
-    rests = below_yield(law, back_x, mean_y, 0.5 * (h + behind[0]), normal)
-    rests &= below_yield(law, forth_x, mean_y, 0.5 * (h + ahead[0]), normal)
-    rests &= below_yield(law, mean_x, back_y, 0.5 * (h + behind[1]), normal)
-    rests &= below_yield(law, mean_x, forth_y, 0.5 * (h + ahead[1]), normal)
+    west, south = 0.5 * (h + behind[0]), 0.5 * (h + behind[1])
+    east, north = 0.5 * (h + ahead[0]), 0.5 * (h + ahead[1])
+    mean_x = mean_drive(law, back_x, forth_x, west, east, h)
+    mean_y = mean_drive(law, back_y, forth_y, south, north, h)
+    rests = below_yield(law, back_x, mean_y, west, normal)
+    rests &= below_yield(law, forth_x, mean_y, east, normal)
+    rests &= below_yield(law, mean_x, back_y, south, normal)
+    rests &= below_yield(law, mean_x, forth_y, north, normal)
     return rests
 
 

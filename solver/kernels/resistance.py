@@ -126,6 +126,25 @@ def faces_below_yield(
 
 
 @by_type
+def mean_drive(law: Resistance, back: float, forth: float, h_back: float, h_forth: float, h: float) -> float:
+    """Mean of what drives the two faces of a cell along an axis, as `below_yield` compares it.
+
+    Where the yield is a stress it is that of the stresses, per depth of the cell: what stands at the limit at
+    each face would exceed it in the mean of accelerations.
+
+    Parameters
+    ----------
+    law : named tuple
+        One of `solver.physics.resistance`.
+    back, forth : float
+        Drive at the faces, m s-2.
+    h_back, h_forth, h : float
+        Depths at the faces and of the cell, m.
+    """
+    raise NotImplementedError
+
+
+@by_type
 def raised_rate(law: Resistance, rate: float, h: float, normal: float, dry: float) -> float:
     """Wave rate of a cell, s-1, raised where the law limits the step.
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from solver.arrays import Array
 from solver.compiled import kernel
-from solver.kernels.friction import below_yield, raised_rate
+from solver.kernels.friction import below_yield, mean_drive, raised_rate
 from solver.kernels.runge_kutta import less_moving
 from solver.kernels.state import BELOW_YIELD, DRY, GHOSTS, Fields, Grid, Material
 from solver.lattice.spans import Spans, trim
@@ -73,13 +73,15 @@ def classify_row(
         wet = h_i > dry
         back_x, forth_x = (h_i - h[w]) * over, (h[e] - h_i) * over
         back_y, forth_y = (h_i - h[s]) * over, (h[n] - h_i) * over
-        mean_x, mean_y = 0.5 * (back_x + forth_x), 0.5 * (back_y + forth_y)
+        h_w, h_e, h_s, h_n = 0.5 * (h_i + h[w]), 0.5 * (h_i + h[e]), 0.5 * (h_i + h[s]), 0.5 * (h_i + h[n])
+        mean_x = mean_drive(material.law, back_x, forth_x, h_w, h_e, h_i)
+        mean_y = mean_drive(material.law, back_y, forth_y, h_s, h_n, h_i)
         u_i, v_i = u[i], v[i]
         held = (u_i * u_i + v_i * v_i) == 0.0
-        held &= rests(back_x, mean_y, 0.5 * (h_i + h[w]), slope, gravity, material)
-        held &= rests(forth_x, mean_y, 0.5 * (h_i + h[e]), slope, gravity, material)
-        held &= rests(mean_x, back_y, 0.5 * (h_i + h[s]), slope, gravity, material)
-        held &= rests(mean_x, forth_y, 0.5 * (h_i + h[n]), slope, gravity, material)
+        held &= rests(back_x, mean_y, h_w, slope, gravity, material)
+        held &= rests(forth_x, mean_y, h_e, slope, gravity, material)
+        held &= rests(mean_x, back_y, h_s, slope, gravity, material)
+        held &= rests(mean_x, forth_y, h_n, slope, gravity, material)
         stopped = BELOW_YIELD if held else 0.0
         static[i] = stopped if wet else DRY
         wave = math.sqrt(g_n * h_i)
