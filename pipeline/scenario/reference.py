@@ -134,7 +134,7 @@ def _taken(hint: Any, metadata: Sequence[Any] = ()) -> str:
         return ", ".join(f"`{value}`" for value in inner)
     if origin in (Union, UnionType):
         kinds = [each for each in inner if each is not NoneType and not (each is int and float in inner)]
-        return " or ".join(_taken(each, metadata) for each in kinds)
+        return " or ".join(dict.fromkeys(_taken(each, metadata) for each in kinds))
     if origin is tuple:
         what = _taken(inner[0])
         return f"list: {what}" if Ellipsis in inner else f"list of {len(inner)}: {what}"
