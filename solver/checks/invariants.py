@@ -13,7 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.arrays import Array, Indices
+from solver.kernels.friction import resistance_at_rest
 from solver.physics.earth_pressure import Isotropic
+from solver.physics.friction import Edwards
+from solver.physics.resistance import DryTurbulent
 from solver.physics.terrain import SlopeProfile
 from solver.points.cloud import PointCloud
 from solver.points.lattice import Lattice
@@ -193,7 +196,9 @@ class Laws:
         x = points.coordinates[0]
         xi = scene.profile.inclination(x)
         self.along, self.normal = scene.gravity * np.sin(xi), scene.gravity * np.cos(xi)
+        # what friction holds at any speed and depth
         self.hold = scene.friction.least_coefficient * self.normal
+        self.law = scene.friction.resistance(scene.gravity)
         self.plane = not scene.profile.curvature(x).any() and float(np.ptp(xi)) == 0.0
         heights, beds = (scene.gravity * z for z in elevations(scene.terrain, points))
         self.potential = beds - heights.min()
@@ -282,7 +287,8 @@ class Laws:
         checks = []
         dt, cfl = after.time - before.time, self.scene.scheme.cfl
         rate = float(self.rates[before.h > self.dry].max(initial=0.0)) * self.speed_limit(before.time)
-        if rate > 0 and not cut:
+        # friction with hysteresis has a time of its own
+        if rate > 0 and not cut and not isinstance(self.scene.friction, Edwards):
             checks.append(Check("no film sets the step", STEP * cfl / (rate * dt), 1.0))
         if self.has_potential:
             energy, grown = self.energy(before), self.energy(after)
@@ -290,7 +296,7 @@ class Laws:
             own = self.kinetic + self.pressed + self.kinetic_of(before)
             slack = GROWTH * self.coarseness * own + FALL * self.unresolved
             checks.append(Check("energy grows by gravity's work", (grown - energy - height) / slack, 1.0))
-        if self.hold.any():
+        if self.scene.friction.comes_to_rest:
             held = self.held(before)
             if held.any():
                 moved = (after.h != before.h) | (after.u != 0) | (after.v != 0)
@@ -307,14 +313,27 @@ class Laws:
         """Kinetic energy and that of pressure, K = 1."""
         return self.kinetic_of(state) + self.total(state.h**2 * self.normal) / 2
 
+    def held_at_rest(self, state: State) -> Array:
+        """Resistance at rest of what is as deep as the deepest beside it, (n,), m s-2."""
+        if isinstance(self.law, DryTurbulent):
+            return self.hold.ravel()
+        assert self.edges is not None
+        # no law holds more where it is deeper
+        h, deepest = state.h.ravel(), state.h.ravel().copy()
+        np.maximum.at(deepest, self.edges.left, h[self.edges.right])
+        np.maximum.at(deepest, self.edges.right, h[self.edges.left])
+        found: Array = resistance_at_rest(self.law, np.maximum(deepest, 1e-300), self.normal.ravel())
+        return found
+
     def held(self, state: State) -> NDArray[np.bool_]:
         """Cells that friction holds beyond doubt, away from sides of a given depth, of the points' shape."""
         points = self.scene.points
         if self.edges is None:
             self.edges = edges_of(points)
         normal = float(np.cos(self.scene.profile.inclination(points.coordinates[0])).max())
+        pull = self.along.ravel()
         found = surely_held(
-            state, self.edges, self.pressure * normal, self.along.ravel(), self.hold.ravel()
+            state, self.edges, self.pressure * normal, pull, self.held_at_rest(state)
         ).reshape(points.shape)
         if self.given:
             far = (RINGS + 1) * float(np.sqrt(self.area.max()))

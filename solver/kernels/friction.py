@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
+from solver.arrays import Array
 from solver.compiled import kernel
 from solver.kernels import inertial, viscoplastic
 from solver.kernels.resistance import (
@@ -29,6 +32,7 @@ __all__ = [
     "mean_drive",
     "raised_rate",
     "resistance",
+    "resistance_at_rest",
     "rest_stress",
     "share_left",
     "slowed",
@@ -142,6 +146,15 @@ def _(law: Resistance, drive_x: float, drive_y: float, h: float, normal: float) 
 @mean_drive.of(Quadratic, Viscoplastic, Inertial)
 def _(law: Resistance, back: float, forth: float, h_back: float, h_forth: float, h: float) -> float:
     return 0.5 * (back * h_back + forth * h_forth) / (h if h > 0.0 else 1.0)
+
+
+@kernel()
+def resistance_at_rest(law: Resistance, h: Array, normal: Array) -> Array:
+    """Give R(0, h), m s-2, of depths h (n,) above 0, m, and of g cos(xi) (n,), m s-2."""
+    found = np.empty(len(h))
+    for i in range(len(h)):
+        found[i] = rest_stress(law, h[i], h[i], normal[i]) / h[i]
+    return found
 
 
 @faces_below_yield.of(Quadratic, Viscoplastic, Inertial)

@@ -70,6 +70,7 @@ GAMMA = Parameter(
 DEFAULT_LAMINAR_RESISTANCE = 24.0
 
 
+@parametric
 class Friction(Checked):
     """Base of laws of basal friction.
 

@@ -10,7 +10,6 @@ import numpy as np
 from pipeline.studies.stress.scenes import Drawn, prepared
 from solver.checks.invariants import Check
 from solver.forms import begin
-from solver.physics.friction import Voellmy
 from solver.points.cloud import PointCloud
 from solver.points.lattice import Lattice
 from solver.run import Run
@@ -24,6 +23,17 @@ ROUND_OFF = 1e-9
 FACTOR = 4.0
 # Keys of lengths, wherever they stand.
 LENGTHS = {"x", "y", "spacing", "centre", "radius", "radii", "height", "start", "end", "joint", "depth"}
+# Powers of gravity and of length that parameters of friction grow with.
+OF_FRICTION = {
+    "turbulent_friction": (1.0, 0.0),
+    "chezy_coefficient": (0.5, 0.0),
+    "cohesion": (1.0, 1.0),
+    "yield_stress": (1.0, 1.0),
+    "viscosity": (0.5, 1.5),
+    "length": (0.0, 1.0),
+}
+# Parameters that roots of depth or speed go with, which do not scale to the last bit.
+ROOTS = {"manning_n", "consistency"}
 
 
 def repeat(drawn: Drawn) -> list[Check]:
@@ -42,6 +52,8 @@ def repeat(drawn: Drawn) -> list[Check]:
     else:
         gap = float(np.abs(here.state[0] - there.state[0]).max(initial=0.0))
         checks.append(Check("mirrors to round-off", gap / max(float(scene.depth.max()), 1e-300), ROUND_OFF))
+    if ROOTS & set(vars(scene.friction)):
+        return checks
     strong = _stepped(stronger(scene), end / np.sqrt(FACTOR), STEPS)
     checks.append(Check("gravity scales time", _scaled(strong, whole, 1.0, np.sqrt(FACTOR)), 0.0))
     if exact:
@@ -103,20 +115,26 @@ def mirrored(scene: Scene) -> Scene:
 def stronger(scene: Scene) -> Scene:
     """Put a scene under a stronger gravity, at the speeds that belong to it."""
     speed, friction = np.sqrt(FACTOR), scene.friction
-    if isinstance(friction, Voellmy):
-        friction = replace(friction, turbulent_friction=FACTOR * friction.turbulent_friction)
+    grown = {
+        key: float(FACTOR**power) * getattr(friction, key)
+        for key, (power, _) in OF_FRICTION.items()
+        if hasattr(friction, key)
+    }
     return replace(
         scene,
         gravity=FACTOR * scene.gravity,
         velocity_x=speed * scene.velocity_x,
         velocity_y=speed * scene.velocity_y,
-        friction=friction,
+        friction=replace(friction, **grown),
     )
 
 
 def larger(drawn: Drawn) -> Drawn:
     """Put a scene on a larger scale, at the speeds that belong to it."""
     data = _lengths(drawn.data)
+    law = data["material"].get("friction", {})
+    for key in OF_FRICTION.keys() & law.keys():
+        law[key] = float(FACTOR ** OF_FRICTION[key][1]) * law[key]
     for key in ("end", "output_every"):
         data["time"][key] = float(np.sqrt(FACTOR) * drawn.data["time"][key])
     points = None if drawn.points is None else FACTOR * drawn.points

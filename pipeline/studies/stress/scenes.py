@@ -45,6 +45,8 @@ LONGEST_TIME = 40.0
 # steps, roughly, beyond which no end time lies: a step would be next to nothing of it.
 MOST_STEPS = 1e6
 STOPPING_TIMES = 40.0
+# Share of the scenes with another law of friction than Coulomb's or Voellmy's.
+OTHER_LAWS = 0.3
 
 
 @dataclass(frozen=True)
@@ -86,6 +88,10 @@ def draw(seed: int, number: int) -> Drawn:
     length, width = draws.draw_extent(rng, radius, spacing, narrow, MOST_POINTS[kind])
     terrain, profile = draws.draw_terrain(rng, length, spacing)
     material, pressure = draws.draw_material(rng, gravity, terrain)
+    # from a generator of its own, so that scenes of the other laws stay the ones they are
+    other = np.random.default_rng([seed, number, 1])
+    if kind != "collocation" and other.random() < OTHER_LAWS:
+        material, pressure = draws.draw_law(other, gravity, height, terrain), "isotropic"
     releases, motion = draws.draw_releases(rng, radius, height, gravity, length, width, narrow)
     sides, boundary = draws.draw_sides(rng, height, narrow, kind, terrain, material)
     points, places = draws.draw_points(rng, layout, spacing, length, width, radius)

@@ -67,6 +67,8 @@ def _simpler(drawn: Drawn) -> Iterator[Drawn]:
         yield changed(
             material={"bed_friction": data["material"]["bed_friction"], "earth_pressure": "isotropic"}
         )
+    if "friction" in data["material"]:
+        yield changed(material={"bed_friction": 20.0, "earth_pressure": "isotropic"})
     if any(any(release["velocity"]) for release in releases):
         yield changed(release=[{**release, "velocity": [0.0, 0.0]} for release in releases])
     yield from _fewer_points(drawn, changed)
