@@ -16,6 +16,7 @@ from solver.kernels.state import DEPTH, NO_SLIP, OPEN, WALL, Fields, Material, S
 from solver.physics.earth_pressure import MohrCoulomb
 from solver.physics.elevation import Surface
 from solver.physics.friction import Coulomb
+from solver.physics.resistance import area_weighted
 from solver.scene import Scene
 
 Carried = Mapping[str, NDArray[Any]]
@@ -228,7 +229,7 @@ def sides_of(scene: Scene) -> Sides:
     ValueError
         If a side is neither a kind nor a depth.
     """
-    bounds, friction = scene.boundaries, scene.friction
+    bounds = scene.boundaries
     given = (bounds.x_min, bounds.x_max, bounds.y_min, bounds.y_max)
     if isinstance(scene.terrain, Surface):
         if given != ("open",) * 4:
@@ -238,7 +239,7 @@ def sides_of(scene: Scene) -> Sides:
         if side not in KINDS and (isinstance(side, str) or not 0 <= side < np.inf):
             raise ValueError(f"a side must be one of {', '.join(KINDS)} or a depth, not {side!r}")
     along, normal = gravity_along_and_normal(scene, np.array(scene.points.x), np.full(2, scene.points.y[0]))
-    lean = np.sign(along) * np.maximum(0.0, np.abs(along) - friction.least_coefficient * normal)
+    lean = np.sign(along) * np.maximum(0.0, np.abs(along) - scene.least_coefficient * normal)
     return Sides(
         np.array([KINDS[s] if isinstance(s, str) else DEPTH for s in given]),
         np.array([0.0 if isinstance(s, str) else float(s) for s in given]),
@@ -273,8 +274,26 @@ def falling_rate(scene: Scene, x: Array, y: Array, widths: Array | float) -> Arr
         Rate along x of a speed of 1 m s-1 in the cells there, m-1.
     """
     along, normal = gravity_along_and_normal(scene, x, y)
-    free = np.maximum(0.0, np.abs(along) - scene.friction.least_coefficient * normal)
+    free = np.maximum(0.0, np.abs(along) - scene.least_coefficient * normal)
     return np.asarray(np.sqrt(scene.scheme.cfl * free * widths))
+
+
+def zoned_parameters(scene: Scene) -> Array | None:
+    """Give the parameters of friction at each cell, (fields, *shape of the points); None without zones.
+
+    Raises
+    ------
+    ValueError
+        If zones overlap, are of another law, or have shares of another shape.
+    """
+    if not scene.zones:
+        return None
+    parts = []
+    for zone in scene.zones:
+        if np.shape(zone.share) != scene.points.shape:
+            raise ValueError(f"shares of a zone must have the points' shape {scene.points.shape}")
+        parts.append((zone.friction.resistance(scene.gravity), np.asarray(zone.share, dtype=np.float64)))
+    return area_weighted(scene.friction.resistance(scene.gravity), parts)
 
 
 def material_of(scene: Scene, depth: Array, sides: Sides) -> Material:
@@ -287,6 +306,8 @@ def material_of(scene: Scene, depth: Array, sides: Sides) -> Material:
     """
     if isinstance(scene.earth_pressure, MohrCoulomb) and not isinstance(scene.friction, Coulomb):
         raise ValueError("mohr-coulomb earth pressure goes with coulomb and voellmy friction alone")
+    if isinstance(scene.earth_pressure, MohrCoulomb) and scene.zones:
+        raise ValueError("mohr-coulomb earth pressure takes one friction angle, and no zones")
     dry = scene.scheme.wet_limit * max(depth.max(), sides.depth.max())
     pressure = scene.earth_pressure
     return Material(

@@ -53,6 +53,18 @@ class Operators(Protocol):
 
 
 @dataclass(frozen=True)
+class Zone:
+    """A part of the domain with a law of friction of its own.
+
+    friction : of the same class as that of the scene. share : of the area of each cell that is in the zone, 0
+    to 1, of the shape of the points.
+    """
+
+    friction: Friction
+    share: Array
+
+
+@dataclass(frozen=True)
 class Scene:
     """One run: where, what, and by which laws.
 
@@ -60,6 +72,7 @@ class Scene:
     depth, velocity_x, velocity_y : initial state, means over the cells, of the points' shape, m and m s-1.
     operators : from `solver.forms.prepare` for runs that share points and choices; by default a run makes
     its own.
+    zones : with a law of friction of their own, which do not overlap.
     """
 
     points: Lattice | PointCloud
@@ -73,6 +86,14 @@ class Scene:
     boundaries: Boundaries = field(default_factory=Boundaries)
     scheme: Scheme = field(default_factory=WeightedResidual)
     operators: Operators | None = None
+    zones: tuple[Zone, ...] = ()
+
+    @property
+    def least_coefficient(self) -> float:
+        """Least friction coefficient at any speed and depth, wherever it is, dimensionless."""
+        return min(
+            each.least_coefficient for each in (self.friction, *(zone.friction for zone in self.zones))
+        )
 
     @property
     def profile(self) -> Terrain:

@@ -197,7 +197,7 @@ class Laws:
         xi = scene.profile.inclination(x)
         self.along, self.normal = scene.gravity * np.sin(xi), scene.gravity * np.cos(xi)
         # what friction holds at any speed and depth
-        self.hold = scene.friction.least_coefficient * self.normal
+        self.hold = scene.least_coefficient * self.normal
         self.law = scene.friction.resistance(scene.gravity)
         self.plane = not scene.profile.curvature(x).any() and float(np.ptp(xi)) == 0.0
         heights, beds = (scene.gravity * z for z in elevations(scene.terrain, points))
@@ -315,7 +315,7 @@ class Laws:
 
     def held_at_rest(self, state: State) -> Array:
         """Resistance at rest of what is as deep as the deepest beside it, (n,), m s-2."""
-        if isinstance(self.law, DryTurbulent):
+        if isinstance(self.law, DryTurbulent) or self.scene.zones:
             return self.hold.ravel()
         assert self.edges is not None
         # no law holds more where it is deeper

@@ -17,6 +17,7 @@ from solver.cloud.fluxes import CloudBuffers, fluxes_through
 from solver.cloud.reconstruction import flatten_fed, slopes_at
 from solver.compiled import kernel
 from solver.kernels.boundary import account
+from solver.kernels.friction import law_at
 from solver.kernels.limiter import EMPTIED, afforded
 from solver.kernels.source_terms import acting_share, update_cell
 from solver.kernels.state import BELOW_YIELD, LANES, CloudBed, Fields, Material, Status
@@ -178,7 +179,7 @@ def update_run(
             load,
             part,
             dt,
-            material.law,
+            law_at(material.law, i),
             material.dry,
         )
 

@@ -19,8 +19,17 @@ from solver.cloud.time_stepping import advance_cloud
 from solver.kernels.earth_pressure import at_rest
 from solver.kernels.record import Record, record_cells
 from solver.kernels.state import DRY, LANES, CloudBed, Fields, Status
+from solver.physics.resistance import Zoned
 from solver.points.cloud import PointCloud
-from solver.run import Carried, Run, by_name, falling_rate, gravity_along_and_normal, state_of
+from solver.run import (
+    Carried,
+    Run,
+    by_name,
+    falling_rate,
+    gravity_along_and_normal,
+    state_of,
+    zoned_parameters,
+)
 from solver.scene import Scene
 
 
@@ -62,6 +71,11 @@ class CloudRun(Run):
         wet = initial[0] > self.material.dry
         padded = [np.pad(np.where(wet | (k == 0), a, 0.0), (0, room)) for k, a in enumerate(initial)]
         self.now, *self.stages = (Fields(*(aligned(a) for a in padded)) for _ in range(3))
+        parameters = zoned_parameters(scene)
+        if parameters is not None:
+            values = np.pad(parameters, ((0, 0), (0, room)), mode="edge")
+            law = scene.friction.resistance(scene.gravity)
+            self.material = self.material._replace(law=Zoned(law, values))
         self.area = aligned(np.pad(volumes.area, (0, spare), mode="edge"))
         x, y = (np.pad(a, (0, spare), mode="edge") for a in volumes.centroid.T)
         widths = operators.tables.widths

@@ -13,7 +13,7 @@ from solver.cloud.reconstruction import flatten_fed, slopes_at, strain_at
 from solver.compiled import kernel
 from solver.kernels.boundary import status_at_depth
 from solver.kernels.earth_pressure import earth_pressure, wave_speed
-from solver.kernels.friction import below_yield, raised_rate
+from solver.kernels.friction import below_yield, law_at, raised_rate
 from solver.kernels.state import (
     BELOW_YIELD,
     DEPTH,
@@ -109,7 +109,7 @@ def set_status(
         mean, most = around * math.sqrt(square if square > 0.0 else 0.0), w_x * abs(u) + w_y * abs(v)
         leaving = (mean if mean < most else most) + waves
         leaving = leaving if leaving > bed.falling[i] else bed.falling[i]
-        leaving = raised_rate(material.law, leaving, h, normal, material.dry)
+        leaving = raised_rate(law_at(material.law, i), leaving, h, normal, material.dry)
         rate[i] = leaving if wet else 0.0
 
 
@@ -141,7 +141,7 @@ def is_static(
         pull_y = b_y * (slopes[1, i] + more * d_y)
         if h[j] <= material.dry and pull_x * d_x + pull_y * d_y >= 0.0:
             continue
-        if not below_yield(material.law, pull_x, pull_y, 0.5 * (h[i] + h[j]), bed.normal[i]):
+        if not below_yield(law_at(material.law, i), pull_x, pull_y, 0.5 * (h[i] + h[j]), bed.normal[i]):
             return False
     return True
 
@@ -171,7 +171,7 @@ def classify_ghosts(
             b_n = b_x * n_x * n_x + b_y * n_y * n_y
             drive = b_n * (h[ghost] - h[i]) / way - n_x * bed.along[i]
             status.static[ghost], speed = status_at_depth(
-                status.static[ghost], h[ghost], h[i], drive, b_n, bed.normal[i], material
+                status.static[ghost], h[ghost], h[i], drive, b_n, bed.normal[i], law_at(material.law, i)
             )
             fastest = max(fastest, speed * faces.geometry[6, f] / area[i])
     return fastest

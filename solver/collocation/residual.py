@@ -12,6 +12,7 @@ from solver.collocation.operators import Stencils
 from solver.compiled import ONE, kernel
 from solver.kernels.boundary import account
 from solver.kernels.earth_pressure import earth_pressure, wave_speed
+from solver.kernels.friction import law_at
 from solver.kernels.source_terms import update_cell
 from solver.kernels.state import CloudBed, Fields, Material
 
@@ -176,7 +177,7 @@ def update(
             load,
             part,
             dt,
-            material.law,
+            law_at(material.law, i),
             material.dry,
         )
         q.h[i], q.hu[i], q.hv[i] = h, h * u, h * v

@@ -112,6 +112,8 @@ class CollocationRun(Run):
             raise TypeError(f"a collocation run needs its scheme, not a {type(scheme).__name__}")
         if not isinstance(scene.friction, Coulomb):
             raise ValueError("the collocation form knows coulomb and voellmy friction alone")
+        if scene.zones:
+            raise ValueError("the collocation form knows no zones of friction")
         self.operators = operators = operators_of(scene, scheme)
         initial = state_of(scene)
         super().__init__(scene, initial[0], end, arrival_depth, indices=1)

@@ -7,7 +7,8 @@ import math
 from solver.arrays import Array
 from solver.compiled import kernel
 from solver.kernels.friction import below_yield
-from solver.kernels.state import BELOW_YIELD, DRY, NO_SLIP, OPEN, WALL, Material
+from solver.kernels.state import BELOW_YIELD, DRY, NO_SLIP, OPEN, WALL
+from solver.physics.resistance import Uniform
 
 # What has this share of a given depth at least may be of the layer that is fed.
 LAYER = 0.5
@@ -54,7 +55,7 @@ def account(leaving: float, side: int, ledger: Array) -> None:
 
 @kernel(inline=True)
 def status_at_depth(
-    static: float, h: float, inside: float, drive: float, beta: float, normal: float, material: Material
+    static: float, h: float, inside: float, drive: float, beta: float, normal: float, law: Uniform
 ) -> tuple[float, float]:
     """Status of a ghost beyond a side of given depth, and the speed at which it drives the cell inside.
 
@@ -70,13 +71,15 @@ def status_at_depth(
         Pressure gradient toward the cell less gravity, m s-2.
     beta, normal : float
         g cos(xi) K and g cos(xi) of the cell, m s-2.
+    law : named tuple
+        Of basal friction in the cell.
 
     Returns
     -------
     static, speed : float
         The speed is in m s-1, and 0 where it does not drive.
     """
-    if below_yield(material.law, drive, 0.0, 0.5 * (h + inside), normal):
+    if below_yield(law, drive, 0.0, 0.5 * (h + inside), normal):
         return BELOW_YIELD if static == DRY else static, 0.0
     return 0.0, 2.0 * math.sqrt(beta * h)
 

@@ -8,11 +8,12 @@ import numpy as np
 
 from solver.arrays import Array
 from solver.compiled import kernel
-from solver.kernels import inertial, viscoplastic
+from solver.kernels import inertial, viscoplastic, zones
 from solver.kernels.resistance import (
     below_yield,
     faces_below_yield,
     held_momentum,
+    law_at,
     loaded,
     mean_drive,
     raised_rate,
@@ -22,13 +23,14 @@ from solver.kernels.resistance import (
     slowed,
 )
 from solver.kernels.state import YIELD_TOLERANCE
-from solver.physics.resistance import DryTurbulent, Inertial, Quadratic, Resistance, Viscoplastic
+from solver.physics.resistance import DryTurbulent, Inertial, Quadratic, Uniform, Viscoplastic
 
 __all__ = [
     "below_yield",
     "faces_below_yield",
     "held_momentum",
     "inertial",
+    "law_at",
     "mean_drive",
     "raised_rate",
     "resistance",
@@ -37,6 +39,7 @@ __all__ = [
     "share_left",
     "slowed",
     "viscoplastic",
+    "zones",
 ]
 
 # Dry friction with turbulent drag: in the order of operations that vectorises and has no rounding of its own.
@@ -113,7 +116,7 @@ def _(
 
 
 @raised_rate.of(DryTurbulent, Quadratic, Viscoplastic)
-def _(law: Resistance, rate: float, h: float, normal: float, dry: float) -> float:
+def _(law: Uniform, rate: float, h: float, normal: float, dry: float) -> float:
     return rate
 
 
@@ -121,13 +124,13 @@ def _(law: Resistance, rate: float, h: float, normal: float, dry: float) -> floa
 
 
 @held_momentum.of(Quadratic, Viscoplastic, Inertial)
-def _(law: Resistance, h: float, load: float, pressure: float, time: float) -> float:
+def _(law: Uniform, h: float, load: float, pressure: float, time: float) -> float:
     return time * rest_stress(law, h, load, pressure)
 
 
 @slowed.of(Quadratic, Viscoplastic, Inertial)
 def _(
-    law: Resistance, u: float, v: float, h: float, load: float, pressure: float, time: float
+    law: Uniform, u: float, v: float, h: float, load: float, pressure: float, time: float
 ) -> tuple[float, float]:
     speed = math.sqrt(u * u + v * v)
     if speed > 0.0:
@@ -137,19 +140,19 @@ def _(
 
 
 @below_yield.of(Quadratic, Viscoplastic, Inertial)
-def _(law: Resistance, drive_x: float, drive_y: float, h: float, normal: float) -> bool:
+def _(law: Uniform, drive_x: float, drive_y: float, h: float, normal: float) -> bool:
     # compared as stresses, since depth may be 0
     most = rest_stress(law, h, h, normal) * YIELD_TOLERANCE
     return (drive_x * drive_x + drive_y * drive_y) * (h * h) <= most * most
 
 
 @mean_drive.of(Quadratic, Viscoplastic, Inertial)
-def _(law: Resistance, back: float, forth: float, h_back: float, h_forth: float, h: float) -> float:
+def _(law: Uniform, back: float, forth: float, h_back: float, h_forth: float, h: float) -> float:
     return 0.5 * (back * h_back + forth * h_forth) / (h if h > 0.0 else 1.0)
 
 
 @kernel()
-def resistance_at_rest(law: Resistance, h: Array, normal: Array) -> Array:
+def resistance_at_rest(law: Uniform, h: Array, normal: Array) -> Array:
     """Give R(0, h), m s-2, of depths h (n,) above 0, m, and of g cos(xi) (n,), m s-2."""
     found = np.empty(len(h))
     for i in range(len(h)):
@@ -159,7 +162,7 @@ def resistance_at_rest(law: Resistance, h: Array, normal: Array) -> Array:
 
 @faces_below_yield.of(Quadratic, Viscoplastic, Inertial)
 def _(
-    law: Resistance,
+    law: Uniform,
     back: tuple[float, float],
     forth: tuple[float, float],
     h: float,

@@ -9,11 +9,25 @@ rest acts on the depth that gravity acts on. `solver.kernels.friction` has the a
 from __future__ import annotations
 
 from solver.compiled import by_type, kernel
-from solver.physics.resistance import Resistance
+from solver.physics.resistance import Resistance, Uniform
 
 
 @by_type
-def rest_stress(law: Resistance, h: float, load: float, pressure: float) -> float:
+def law_at(law: Resistance, i: int) -> Uniform:
+    """Law of a cell: the law itself, or that of the cell with number i where there are zones.
+
+    Parameters
+    ----------
+    law : named tuple
+        One of `solver.physics.resistance`.
+    i : int
+        Number of the cell in the flat arrays of the run.
+    """
+    raise NotImplementedError
+
+
+@by_type
+def rest_stress(law: Uniform, h: float, load: float, pressure: float) -> float:
     """Basal stress over density that holds what is at rest, ``h R(0, h)``, m2 s-2.
 
     Parameters
@@ -29,7 +43,7 @@ def rest_stress(law: Resistance, h: float, load: float, pressure: float) -> floa
 
 
 @by_type
-def resistance(law: Resistance, speed: float, h: float, pressure: float) -> float:
+def resistance(law: Uniform, speed: float, h: float, pressure: float) -> float:
     """Basal resistance ``R(s, h) = tau_b / (rho h)``, m s-2.
 
     Parameters
@@ -45,7 +59,7 @@ def resistance(law: Resistance, speed: float, h: float, pressure: float) -> floa
 
 
 @by_type
-def share_left(law: Resistance, speed: float, h: float, load: float, pressure: float, time: float) -> float:
+def share_left(law: Uniform, speed: float, h: float, load: float, pressure: float, time: float) -> float:
     """Share s/r of a speed r that is left, r what resistance at rest has left.
 
     Parameters
@@ -65,21 +79,21 @@ def share_left(law: Resistance, speed: float, h: float, load: float, pressure: f
 
 
 @by_type
-def held_momentum(law: Resistance, h: float, load: float, pressure: float, time: float) -> float:
+def held_momentum(law: Uniform, h: float, load: float, pressure: float, time: float) -> float:
     """Momentum that resistance at rest takes at most, m2 s-1; parameters as of `share_left`."""
     raise NotImplementedError
 
 
 @by_type
 def slowed(
-    law: Resistance, u: float, v: float, h: float, load: float, pressure: float, time: float
+    law: Uniform, u: float, v: float, h: float, load: float, pressure: float, time: float
 ) -> tuple[float, float]:
     """Velocity that is left of what resistance at rest has left, m s-1; parameters as of `share_left`."""
     raise NotImplementedError
 
 
 @by_type
-def below_yield(law: Resistance, drive_x: float, drive_y: float, h: float, normal: float) -> bool:
+def below_yield(law: Uniform, drive_x: float, drive_y: float, h: float, normal: float) -> bool:
     """Whether friction balances a driving acceleration, so that what is at rest stays at rest.
 
     Parameters
@@ -98,7 +112,7 @@ def below_yield(law: Resistance, drive_x: float, drive_y: float, h: float, norma
 
 @by_type
 def faces_below_yield(
-    law: Resistance,
+    law: Uniform,
     back: tuple[float, float],
     forth: tuple[float, float],
     h: float,
@@ -126,7 +140,7 @@ def faces_below_yield(
 
 
 @by_type
-def mean_drive(law: Resistance, back: float, forth: float, h_back: float, h_forth: float, h: float) -> float:
+def mean_drive(law: Uniform, back: float, forth: float, h_back: float, h_forth: float, h: float) -> float:
     """Mean of what drives the two faces of a cell along an axis, as `below_yield` compares it.
 
     Where the yield is a stress it is that of the stresses, per depth of the cell: what stands at the limit at
@@ -145,7 +159,7 @@ def mean_drive(law: Resistance, back: float, forth: float, h_back: float, h_fort
 
 
 @by_type
-def raised_rate(law: Resistance, rate: float, h: float, normal: float, dry: float) -> float:
+def raised_rate(law: Uniform, rate: float, h: float, normal: float, dry: float) -> float:
     """Wave rate of a cell, s-1, raised where the law limits the step.
 
     Parameters

@@ -17,7 +17,7 @@ import math
 from solver.compiled import kernel
 from solver.kernels.friction import held_momentum, slowed
 from solver.kernels.state import YIELD_TOLERANCE
-from solver.physics.resistance import Resistance
+from solver.physics.resistance import Uniform
 
 # Depth, momentum or velocity along and across.
 Cell = tuple[float, float, float]
@@ -48,7 +48,7 @@ def update_cell(
     load: float,
     part: float,
     dt: float,
-    law: Resistance,
+    law: Uniform,
     dry: float,
 ) -> Cell:
     """Take one stage: ``U = U_0 + part (U_1 - U_0 + dt L(U_1))``, then friction over ``part dt``.

@@ -19,6 +19,7 @@ import numpy as np
 from solver.arrays import Array
 from solver.compiled import ONE, kernel
 from solver.kernels.boundary import account, boundary_flux
+from solver.kernels.friction import law_at
 from solver.kernels.limiter import EMPTIED, afforded
 from solver.kernels.riemann import hll
 from solver.kernels.source_terms import acting_share, update_cell
@@ -393,6 +394,6 @@ def update_row(
             load,
             part,
             dt,
-            material.law,
+            law_at(material.law, i),
             material.dry,
         )

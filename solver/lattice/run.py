@@ -32,8 +32,17 @@ from solver.lattice.spans import Spans
 from solver.lattice.status import classify
 from solver.lattice.time_stepping import advance, record_maxima
 from solver.lattice.window import Part, Window, around, needed
+from solver.physics.resistance import Zoned
 from solver.points.lattice import Lattice
-from solver.run import Carried, Run, by_name, falling_rate, gravity_along_and_normal, state_of
+from solver.run import (
+    Carried,
+    Run,
+    by_name,
+    falling_rate,
+    gravity_along_and_normal,
+    state_of,
+    zoned_parameters,
+)
 from solver.scene import Scene
 
 # Rows or columns that a window grows by at least.
@@ -77,7 +86,9 @@ class LatticeRun(Run):
         dry = self.material.dry
         # what comes in through a side may come anywhere along it
         driven = (self.sides.kind == DEPTH) & (self.sides.depth > dry)
-        self.part = Part(lattice.shape) if whole else self._needed(initial)
+        self.parameters = zoned_parameters(scene)
+        shown = initial if self.parameters is None else (*initial, *self.parameters)
+        self.part = Part(lattice.shape) if whole else self._needed(shown)
         room = self.part.room
         self._make(room if whole or driven.any() else around(initial[0] > 0, room, LEAST_GROWTH))
         wet = initial[0][self.window.cut] > dry
@@ -103,7 +114,7 @@ class LatticeRun(Run):
             self.material.transition[1] / np.sqrt(normal),
         )
 
-    def _needed(self, initial: tuple[Array, Array, Array]) -> Part:
+    def _needed(self, initial: tuple[Array, ...]) -> Part:
         """Part of the lattice that has to be computed: of a symmetric scene no more than it needs."""
         return needed(initial, self.sides)
 
@@ -123,6 +134,13 @@ class LatticeRun(Run):
         )
         columns = np.arange(window.west - GHOSTS, window.east + GHOSTS).clip(window.west, window.east - 1)
         self.bed = Bed(*(values[columns] for values in self.columns))
+        if self.parameters is not None:
+            rows = np.arange(window.south - GHOSTS, window.north + GHOSTS).clip(
+                window.south, window.north - 1
+            )
+            values = self.parameters[:, rows[:, None], columns]
+            law = self.scene.friction.resistance(self.scene.gravity)
+            self.material = self.material._replace(law=Zoned(law, values.reshape(len(values), -1)))
         self.grid = Grid(ny + 2 * GHOSTS, nx + 2 * GHOSTS, lattice.dx, lattice.dy)
         size, stride = self.grid.rows * self.grid.stride, self.grid.stride
         self.now, *self.stages = (Fields(*(roomy(size) for _ in range(3))) for _ in range(3))

@@ -10,7 +10,7 @@ from solver.arrays import Array
 from solver.compiled import ONE, kernel
 from solver.kernels.boundary import status_at_depth
 from solver.kernels.earth_pressure import earth_pressure, stretching, wave_speed
-from solver.kernels.friction import faces_below_yield, raised_rate
+from solver.kernels.friction import faces_below_yield, law_at, raised_rate
 from solver.kernels.state import (
     AXIS,
     BELOW_YIELD,
@@ -52,7 +52,7 @@ def fix_pressure(
         b_x, b_y = bed.normal[c] * k_x, bed.normal[c] * k_y
         status.beta_x[i], status.beta_y[i] = b_x, b_y
         this = (abs(u[i]) + math.sqrt(b_x * h[i])) * over_x + (abs(v[i]) + math.sqrt(b_y * h[i])) * over_y
-        this = raised_rate(material.law, this, h[i], bed.normal[c], dry)
+        this = raised_rate(law_at(material.law, i), this, h[i], bed.normal[c], dry)
         this = this if h[i] > dry else 0.0
         rate[c] = this if this > rate[c] else rate[c]
 
@@ -99,7 +99,7 @@ def choose_pressure(
         status.beta_x[i], status.beta_y[i] = b_x, b_y
         this = (abs(u_i) + wave_speed(wave_x, b_x, h[i])) * over_x
         this += (abs(v_i) + wave_speed(wave_y, b_y, h[i])) * over_y
-        this = raised_rate(material.law, this, h[i], bed.normal[c], dry)
+        this = raised_rate(law_at(material.law, i), this, h[i], bed.normal[c], dry)
         this = this if wet else 0.0
         rate[c] = this if this > rate[c] else rate[c]
 
@@ -146,7 +146,7 @@ def classify_run(
         back_y, forth_y = b_y * (h[i] - h[s]) * over_y, b_y * (h[n] - h[i]) * over_y
         back, forth, behind, ahead = (back_x, back_y), (forth_x, forth_y), (h[w], h[s]), (h[e], h[n])
         rests = u[i] * u[i] + v[i] * v[i] == 0.0
-        rests &= faces_below_yield(material.law, back, forth, h[i], behind, ahead, bed.normal[c])
+        rests &= faces_below_yield(law_at(material.law, i), back, forth, h[i], behind, ahead, bed.normal[c])
         static = BELOW_YIELD if rests else 0.0
         status.static[i] = static if h[i] > dry else DRY
 
@@ -218,7 +218,13 @@ def driven_rate(h: Array, status: Status, bed: Bed, material: Material, sides: S
                 continue
             drive = beta * (h[ghost] - h[cell]) / d - pull
             status.static[ghost], speed = status_at_depth(
-                status.static[ghost], h[ghost], h[cell], drive, beta, bed.normal[column], material
+                status.static[ghost],
+                h[ghost],
+                h[cell],
+                drive,
+                beta,
+                bed.normal[column],
+                law_at(material.law, cell),
             )
             rate = max(rate, speed / d)
     return rate

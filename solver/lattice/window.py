@@ -91,9 +91,17 @@ class Part:
         return whole
 
 
-def needed(state: tuple[Array, Array, Array], sides: Sides) -> Part:
-    """Find what has to be computed of a scene, from its initial depth and velocity, shape (ny, nx)."""
-    h, u, v = state
+def needed(state: tuple[Array, ...], sides: Sides) -> Part:
+    """Find what has to be computed of a scene.
+
+    Parameters
+    ----------
+    state : tuple of (ny, nx) array
+        Initial depth and velocity, and whatever else the flow depends on that has no direction.
+    sides : Sides
+        What stands at the sides of the lattice.
+    """
+    h, u, v, *others = state
     ny, nx = h.shape
     same = sides.kind[2] == sides.kind[3] and sides.depth[2] == sides.depth[3]
     if (
@@ -101,9 +109,14 @@ def needed(state: tuple[Array, Array, Array], sides: Sides) -> Part:
         and np.isin(sides.kind[2:], (OPEN, WALL)).all()
         and (h == h[0]).all()
         and (u == u[0]).all()
+        and all((a == a[0]).all() for a in others)
     ):
         return Part((ny, nx), "row")
-    if same and ny >= LEAST_ROWS and all(np.array_equal(a, b[::-1]) for a, b in ((h, h), (u, u), (v, -v))):
+    if (
+        same
+        and ny >= LEAST_ROWS
+        and all(np.array_equal(a, b[::-1]) for a, b in ((h, h), (u, u), (v, -v), *((a, a) for a in others)))
+    ):
         return Part((ny, nx), "half")
     return Part((ny, nx))
 

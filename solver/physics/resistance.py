@@ -9,6 +9,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import numpy as np
+
+from solver.arrays import Array
+
 
 class DryTurbulent(NamedTuple):
     """R = tangent N + drag s^2/h.
@@ -99,4 +103,54 @@ class Inertial(NamedTuple):
     kappa: float
 
 
-Resistance = DryTurbulent | Quadratic | Viscoplastic | Inertial
+Uniform = DryTurbulent | Quadratic | Viscoplastic | Inertial
+
+
+class Zoned(NamedTuple):
+    """A law whose parameters differ between cells.
+
+    Attributes
+    ----------
+    law
+        One of the others, whose class is that of all cells.
+    values
+        Its parameters at each cell, in the order of its fields, shape (fields, cells).
+    """
+
+    law: Uniform
+    values: Array
+
+
+Resistance = Uniform | Zoned
+
+
+def area_weighted(law: Uniform, parts: list[tuple[Uniform, Array]]) -> Array:
+    """Give the parameters of a law at each cell, means over its area, (fields, *shape).
+
+    What the fields hold is what resistance is linear in: mu, 1/xi, n^2, 1/C^2, tau_y.
+
+    Parameters
+    ----------
+    law : named tuple
+        Where nothing else is said.
+    parts : list
+        Laws of the same class, each with the share of the area of each cell that it holds in, of one shape.
+
+    Raises
+    ------
+    ValueError
+        If classes differ, or shares add up to more than 1.
+    """
+    rest: Array = np.asarray(1.0 - sum(share for _, share in parts), dtype=np.float64)
+    if any(type(each) is not type(law) for each, _ in parts):
+        raise ValueError("zones must be of the same law of friction")
+    if (rest < -1e-9).any():
+        raise ValueError("zones must not overlap")
+    found: Array = np.multiply.outer(np.array(law, dtype=np.float64), np.maximum(rest, 0.0))
+    for each, share in parts:
+        found += np.multiply.outer(np.array(each, dtype=np.float64), share)
+    # what no zone touches, or one fills, has its parameters to the last bit
+    found[:, rest == 1.0] = np.array(law, dtype=np.float64)[:, None]
+    for each, share in parts:
+        found[:, share == 1.0] = np.array(each, dtype=np.float64)[:, None]
+    return found

@@ -66,7 +66,7 @@ class SurfaceRun(LatticeRun):
         nothing = np.zeros_like(self.lattice.x_points)
         return Bed(nothing, nothing, nothing, nothing, nothing)
 
-    def _needed(self, initial: tuple[Array, Array, Array]) -> Part:
+    def _needed(self, initial: tuple[Array, ...]) -> Part:
         return Part(self.lattice.shape)
 
     def _make(self, window: Window) -> None:
@@ -86,7 +86,7 @@ class SurfaceRun(LatticeRun):
             d,
             drains(self.surface.gaps(x, y), rows, columns, lattice.shape),
             scene.gravity,
-            scene.friction.least_coefficient,
+            scene.least_coefficient,
             scene.scheme.cfl,
         )
 

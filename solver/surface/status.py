@@ -8,10 +8,11 @@ import numpy as np
 
 from solver.arrays import Array
 from solver.compiled import kernel
-from solver.kernels.friction import below_yield, mean_drive, raised_rate
+from solver.kernels.friction import below_yield, law_at, mean_drive, raised_rate
 from solver.kernels.runge_kutta import less_moving
 from solver.kernels.state import BELOW_YIELD, DRY, GHOSTS, Fields, Grid, Material
 from solver.lattice.spans import Spans, trim
+from solver.physics.resistance import Uniform
 from solver.surface.metric import Metric
 
 
@@ -22,7 +23,7 @@ def rests(
     h: float,
     slope: tuple[float, float, float],
     gravity: tuple[float, float, float],
-    material: Material,
+    law: Uniform,
 ) -> bool:
     """Whether friction balances gravity and a slope of depth in plan.
 
@@ -36,11 +37,13 @@ def rests(
         p, r, q of `solver.surface.metric.Metric`.
     gravity : tuple
         Along e1 and e2 and normal to the bed, m s-2.
+    law : named tuple
+        Of basal friction.
     """
     p, r, q = slope
     g_1, g_2, g_n = gravity
     drive_x, drive_y = g_n * (p * h_x) - g_1, g_n * (r * h_x + q * h_y) - g_2
-    held: bool = below_yield(material.law, drive_x, drive_y, h, g_n)
+    held: bool = below_yield(law, drive_x, drive_y, h, g_n)
     return held
 
 
@@ -68,20 +71,20 @@ def classify_row(
     for k in range(count):
         i, c = np.uint64(cell) + np.uint64(k), np.uint64(column) + np.uint64(k)
         w, e, s, n = i - one, i + one, i - row, i + row
-        h_i, g_n = h[i], metric.g_n[i]
+        h_i, g_n, law = h[i], metric.g_n[i], law_at(material.law, i)
         slope, gravity = (metric.p[i], metric.r[i], metric.q[i]), (metric.g_1[i], metric.g_2[i], g_n)
         wet = h_i > dry
         back_x, forth_x = (h_i - h[w]) * over, (h[e] - h_i) * over
         back_y, forth_y = (h_i - h[s]) * over, (h[n] - h_i) * over
         h_w, h_e, h_s, h_n = 0.5 * (h_i + h[w]), 0.5 * (h_i + h[e]), 0.5 * (h_i + h[s]), 0.5 * (h_i + h[n])
-        mean_x = mean_drive(material.law, back_x, forth_x, h_w, h_e, h_i)
-        mean_y = mean_drive(material.law, back_y, forth_y, h_s, h_n, h_i)
+        mean_x = mean_drive(law, back_x, forth_x, h_w, h_e, h_i)
+        mean_y = mean_drive(law, back_y, forth_y, h_s, h_n, h_i)
         u_i, v_i = u[i], v[i]
         held = (u_i * u_i + v_i * v_i) == 0.0
-        held &= rests(back_x, mean_y, h_w, slope, gravity, material)
-        held &= rests(forth_x, mean_y, h_e, slope, gravity, material)
-        held &= rests(mean_x, back_y, h_s, slope, gravity, material)
-        held &= rests(mean_x, forth_y, h_n, slope, gravity, material)
+        held &= rests(back_x, mean_y, h_w, slope, gravity, law)
+        held &= rests(forth_x, mean_y, h_e, slope, gravity, law)
+        held &= rests(mean_x, back_y, h_s, slope, gravity, law)
+        held &= rests(mean_x, forth_y, h_n, slope, gravity, law)
         stopped = BELOW_YIELD if held else 0.0
         static[i] = stopped if wet else DRY
         wave = math.sqrt(g_n * h_i)
@@ -95,7 +98,7 @@ def classify_row(
         # what is held does not start in this step
         falling = metric.falling[i] if stopped == 0.0 else 0.0
         this = this if this > falling else falling
-        this = raised_rate(material.law, this, h_i, g_n, dry)
+        this = raised_rate(law, this, h_i, g_n, dry)
         this = this if wet else 0.0
         rate[c] = this if this > rate[c] else rate[c]
 
