@@ -8,12 +8,19 @@ rest acts on the depth that gravity acts on. `solver.kernels.friction` has the a
 
 from __future__ import annotations
 
+from typing import Any
+
+import numpy as np
+
 from solver.compiled import by_type, kernel
 from solver.physics.resistance import Resistance, Uniform
 
+# Number of a cell.
+Index = int | np.unsignedinteger[Any]
+
 
 @by_type
-def law_at(law: Resistance, i: int) -> Uniform:
+def law_at(law: Resistance, i: Index) -> Uniform:
     """Law of a cell: the law itself, or that of the cell with number i where there are zones.
 
     Parameters

@@ -4,44 +4,44 @@ from __future__ import annotations
 
 from solver.arrays import Array
 from solver.compiled import by_type
-from solver.kernels.resistance import law_at
+from solver.kernels.resistance import Index, law_at
 from solver.physics.resistance import DryTurbulent, Inertial, Quadratic, Uniform, Viscoplastic, Zoned
 
 
 @by_type
-def law_of(law: Uniform, values: Array, i: int) -> Uniform:
+def law_of(law: Uniform, values: Array, i: Index) -> Uniform:
     """Make the law of a cell from a column of its parameters, (fields, cells)."""
     raise NotImplementedError
 
 
 @law_at.of(DryTurbulent, Quadratic, Viscoplastic, Inertial)
-def _(law: Uniform, i: int) -> Uniform:
+def _(law: Uniform, i: Index) -> Uniform:
     return law
 
 
 @law_at.of(Zoned)
-def _(law: Zoned, i: int) -> Uniform:
+def _(law: Zoned, i: Index) -> Uniform:
     return law_of(law.law, law.values, i)
 
 
 @law_of.of(DryTurbulent)
-def _(law: DryTurbulent, values: Array, i: int) -> DryTurbulent:
+def _(law: DryTurbulent, values: Array, i: Index) -> DryTurbulent:
     return DryTurbulent(values[0, i], values[1, i])
 
 
 @law_of.of(Quadratic)
-def _(law: Quadratic, values: Array, i: int) -> Quadratic:
+def _(law: Quadratic, values: Array, i: Index) -> Quadratic:
     return Quadratic(values[0, i], values[1, i], values[2, i], values[3, i], values[4, i], values[5, i])
 
 
 @law_of.of(Viscoplastic)
-def _(law: Viscoplastic, values: Array, i: int) -> Viscoplastic:
+def _(law: Viscoplastic, values: Array, i: Index) -> Viscoplastic:
     # an index of 1 has a method of its own
     return Viscoplastic(values[0, i], values[1, i], law.exponent)
 
 
 @law_of.of(Inertial)
-def _(law: Inertial, values: Array, i: int) -> Inertial:
+def _(law: Inertial, values: Array, i: Index) -> Inertial:
     return Inertial(
         values[0, i],
         values[1, i],

@@ -11,7 +11,7 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from solver.parameters import Alternative, Checked, Parameter, ParameterError, parameter, parametric, shared
-from solver.physics.resistance import DryTurbulent, Inertial, Quadratic, Resistance, Viscoplastic
+from solver.physics.resistance import DryTurbulent, Inertial, Quadratic, Uniform, Viscoplastic
 
 
 def friction_coefficient(angle: float) -> float:
@@ -79,7 +79,7 @@ class Friction(Checked):
 
     comes_to_rest: ClassVar[bool] = True
 
-    def resistance(self, gravity: float) -> Resistance:
+    def resistance(self, gravity: float) -> Uniform:
         """Give the law to the kernels; ``gravity`` in m s-2.
 
         Raises
@@ -136,7 +136,7 @@ class Coulomb(Friction):
         """Friction coefficient mu, dimensionless."""
         return self.tangent
 
-    def resistance(self, gravity: float) -> Resistance:
+    def resistance(self, gravity: float) -> Uniform:
         """R = mu N."""
         return DryTurbulent(self.tangent, 0.0)
 
@@ -174,7 +174,7 @@ class Voellmy(Coulomb):
         """Whether there is cohesion."""
         return self.cohesion > 0.0
 
-    def resistance(self, gravity: float) -> Resistance:
+    def resistance(self, gravity: float) -> Uniform:
         """R = mu N + (1 - mu) N_0/(rho h) (1 - exp(-rho h N/N_0)) + g s^2/(xi h)."""
         drag = gravity / self.turbulent_friction
         if self.cohesion == 0.0:
@@ -203,7 +203,7 @@ class Chezy(Friction):
         "Chezy's coefficient C", "m1/2 s-1", above=0, advice="About 10 to 30 for steep streams."
     )
 
-    def resistance(self, gravity: float) -> Resistance:
+    def resistance(self, gravity: float) -> Uniform:
         """R = g s^2/(C^2 h)."""
         return Quadratic(drag=gravity / self.chezy_coefficient**2)
 
@@ -227,7 +227,7 @@ class Manning(Friction):
 
     manning_n: float = shared(MANNING)
 
-    def resistance(self, gravity: float) -> Resistance:
+    def resistance(self, gravity: float) -> Uniform:
         """R = g n^2 s^2/h^(4/3)."""
         return Quadratic(rough=gravity * self.manning_n**2)
 
@@ -264,7 +264,7 @@ class OBrien(Friction):
         """Always."""
         return True
 
-    def resistance(self, gravity: float) -> Resistance:
+    def resistance(self, gravity: float) -> Uniform:
         """R = tau_y/(rho h) + K_l eta s/(8 rho h^2) + g n^2 s^2/h^(4/3)."""
         density = _given(self.density)
         return Quadratic(
@@ -310,7 +310,7 @@ class Bingham(Friction):
         """Always."""
         return True
 
-    def resistance(self, gravity: float) -> Resistance:
+    def resistance(self, gravity: float) -> Uniform:
         """R = T/(rho h)."""
         density = _given(self.density)
         stress, viscosity = self.yield_stress / density, self.viscosity / density
@@ -345,7 +345,7 @@ class HerschelBulkley(Friction):
         """Always."""
         return True
 
-    def resistance(self, gravity: float) -> Resistance:
+    def resistance(self, gravity: float) -> Uniform:
         """R = T/(rho h), T the basal stress of a steady flow of the same speed."""
         density = _given(self.density)
         return Viscoplastic(self.yield_stress / density, self.consistency / density, self.flow_index)
@@ -380,7 +380,7 @@ class Pouliquen(Friction):
         """Coefficient of the first angle, dimensionless."""
         return friction_coefficient(self.angles[0])
 
-    def resistance(self, gravity: float) -> Resistance:
+    def resistance(self, gravity: float) -> Uniform:
         """R = mu N, mu by `solver.kernels.inertial`."""
         slow, fast = map(friction_coefficient, self.angles)
         return Inertial(slow, fast, slow, self.length, self.beta, self.gamma, 0.0, 1.0)
@@ -424,7 +424,7 @@ class Edwards(Friction):
         """Coefficient of the first angle, dimensionless."""
         return friction_coefficient(self.angles[0])
 
-    def resistance(self, gravity: float) -> Resistance:
+    def resistance(self, gravity: float) -> Uniform:
         """R = mu N, mu by `solver.kernels.inertial`."""
         slow, fast, start = map(friction_coefficient, self.angles)
         return Inertial(slow, fast, start, self.length, self.beta, self.gamma, self.beta_star, self.kappa)
