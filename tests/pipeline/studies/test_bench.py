@@ -205,7 +205,8 @@ def test_sections_come_to_their_marks_and_unknown_ones_are_refused():
         bench.insert(report, "<!-- bench: Three -->\n<!-- end -->")
 
 
-def test_the_tables_of_the_page_are_those_of_the_report():
+@pytest.mark.parametrize("name", ["performance.md", "performance-details.md"])
+def test_the_tables_of_the_page_are_those_of_the_report(name):
     docs = ROOT / "docs"
-    page = (docs / "performance.md").read_text(encoding="utf-8")
+    page = (docs / name).read_text(encoding="utf-8")
     assert bench.insert((docs / "bench" / "bench.md").read_text(encoding="utf-8"), page) == page
