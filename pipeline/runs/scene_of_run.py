@@ -97,6 +97,7 @@ def build_scene(run: Run, shared: SharedPoints) -> Prepared:
         boundaries=Boundaries(_held(sides.x_min), _held(sides.x_max), _held(sides.y_min), _held(sides.y_max)),
         scheme=scheme,
         operators=shared.operators.get(key(points, scheme)),
+        zones=solver_objects.zones(settings, points, run.outlines),
     )
     return Prepared(
         scene=scene,

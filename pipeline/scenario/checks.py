@@ -14,6 +14,7 @@ import numpy as np
 from pipeline.inputs import elevation_table, point_file, reference_system
 from pipeline.inputs.elevation_table import ElevationTable
 from pipeline.inputs.point_file import PointFile
+from pipeline.inputs.polygons import crossing
 from pipeline.mistakes import BadInput, Mistake
 from pipeline.scenario import endless, solver_objects
 from pipeline.scenario.design import share_within
@@ -105,14 +106,14 @@ class _Judge:
 
     def problems(self, settings: Settings) -> list[Problem]:
         """List what is wrong with the settings of one run, which keep to the schema."""
-        problems = self._table(settings) + self._points(settings)
+        problems = self._table(settings) + self._points(settings) + _zones(settings)
         for name in FRICTION_ANGLES:
             angle = getattr(settings.material, name)
             if angle is not None and 0 < angle < LEAST_ANGLE:
                 self.flat["material", name] = angle
         self.ground = settings.georeference
         if settings.on_surface:
-            return self._on_surface(settings)[1]
+            return problems + self._on_surface(settings)[1]
         if settings.table_file is not None and settings.table_file not in self.tables:
             return problems
         try:
@@ -307,6 +308,16 @@ def _lost(shape: Release, extent: tuple[Pair, Pair]) -> tuple[float, float]:
     if not (isfinite(whole) and isfinite(outside)):
         raise OverflowError("a volume that is no finite number")
     return whole, outside / whole
+
+
+def _zones(settings: Settings) -> list[Problem]:
+    """List what is wrong with the corners of zones."""
+    found = []
+    for i, zone in enumerate(settings.zones):
+        if not isinstance(zone.polygon, str) and (why := crossing(zone.polygon)):
+            path: Path = ("material", "zones", i, "polygon")
+            found.append(Problem(path, f"expected corners of a simple polygon, found {why}"))
+    return found
 
 
 @lru_cache(maxsize=1024)

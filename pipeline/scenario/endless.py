@@ -42,7 +42,8 @@ def reach(settings: Settings, slope: SlopeProfile) -> float | None:
     end = float(getattr(settings.time, "end", None) or np.inf)
     depth = settings.output.threshold or THINNEST * max(map(_height, releases))
     speed = friction.film_speed(depth, driving)
-    if speed == 0:
+    # a zone may stop it
+    if speed == 0 or settings.zones:
         return None
     found = min(0.5 * settings.gravity * driving * end**2, end * speed)
     spacing = getattr(settings.points, "spacing", None)

@@ -109,12 +109,25 @@ class GroundCheck:
         for i, release in enumerate(settings.releases):
             assert isinstance(release, PolygonsRelease)
             path: Path = ("release", i) if isinstance(settings.release, tuple) else ("release",)
-            held = self._polygons(release, raster.crs, path)
+            held = self._polygons(release.polygons, release.layer, raster.crs, (*path, "polygons"))
             if isinstance(held, Problem):
                 problems.append(held)
                 continue
             read[release.polygons, release.layer] = held
             problems += self._laid(release, held, path, model, settings)
+        for i, zone in enumerate(settings.zones):
+            path = ("material", "zones", i, "polygon")
+            if zone.file is None:
+                continue
+            held = self._polygons(zone.file, zone.layer, raster.crs, path)
+            if isinstance(held, Problem):
+                problems.append(held)
+                continue
+            read[zone.file, zone.layer] = held
+            try:
+                solver_objects.chosen(zone, held)
+            except ValueError as error:
+                problems.append(Problem(path, f"{error} ({zone.file})", related=(path,)))
         self.held = Ground(raster, read)
         return settings, problems
 
@@ -220,18 +233,17 @@ class GroundCheck:
         if said:
             self.doubts[terrain] = "; ".join(said)
 
-    def _polygons(self, release: PolygonsRelease, crs: str, path: Path) -> tuple[Outline, ...] | Problem:
-        key = release.polygons, release.layer, crs
-        path = (*path, "polygons")
+    def _polygons(self, name: str, layer: str | None, crs: str, path: Path) -> tuple[Outline, ...] | Problem:
+        key = name, layer, crs
         if key not in self._outlines:
-            file = self.folder / release.polygons
+            file = self.folder / name
             if not file.exists():
                 self._outlines[key] = Problem(path, f"expected a readable file, found none: {file}")
             else:
                 try:
-                    self._outlines[key] = outlines.read(file, crs, release.layer)
+                    self._outlines[key] = outlines.read(file, crs, layer)
                 except OutlineError as error:
-                    self._outlines[key] = Problem(path, f"{error} ({release.polygons})")
+                    self._outlines[key] = Problem(path, f"{error} ({name})")
         return self._outlines[key]
 
     def _laid(
@@ -275,6 +287,7 @@ class GroundCheck:
 
 
 def of_run(settings: Settings, outlines: Mapping[tuple[str, str | None], tuple[Outline, ...]]) -> Outlines:
-    """Pick the polygons that the releases of a run are made of, by file and layer."""
+    """Pick the polygons that the releases and zones of a run are made of, by file and layer."""
     wanted = [(each.polygons, each.layer) for each in settings.releases if isinstance(each, PolygonsRelease)]
+    wanted += [(zone.file, zone.layer) for zone in settings.zones if zone.file is not None]
     return {key: outlines[key] for key in dict.fromkeys(wanted)}

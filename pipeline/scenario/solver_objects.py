@@ -6,10 +6,14 @@ from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
+import numpy as np
+from numpy.typing import NDArray
+
 from pipeline.settings import points as points_settings
 from pipeline.settings.generated import Generated
 from pipeline.settings.physics import MaterialLaws
 from pipeline.settings.surface import ElevationTerrain, PolygonsRelease
+from pipeline.settings.zones import ZoneOfFriction
 from solver.physics.earth_pressure import EarthPressure
 from solver.physics.elevation import ElevationModel
 from solver.physics.friction import Friction
@@ -17,7 +21,7 @@ from solver.physics.terrain import SlopeProfile
 from solver.physics.terrain_table import Table
 from solver.points.lattice import Lattice
 from solver.release.initial_state import Laid, initial_state
-from solver.release.polygons import PolygonRelease, surface_state
+from solver.release.polygons import PolygonRelease, ring_area, surface_state
 from solver.release.shapes import Release
 from solver.scheme import Scheme
 
@@ -30,6 +34,7 @@ if TYPE_CHECKING:
 
     # compiled code takes longer to import than a scenario to check
     from solver.points.cloud import PointCloud
+    from solver.scene import Zone
 
 # polygons by file and layer
 Outlines = Mapping["tuple[str, str | None]", "tuple[Outline, ...]"]
@@ -89,8 +94,8 @@ def releases(settings: Settings) -> list[Release]:
     return [release.make() for release in settings.releases if not isinstance(release, PolygonsRelease)]
 
 
-def chosen(release: PolygonsRelease, outlines: Sequence[Outline]) -> list[Outline]:
-    """Pick the polygons of a layer that a release names, or all.
+def chosen(release: PolygonsRelease | ZoneOfFriction, outlines: Sequence[Outline]) -> list[Outline]:
+    """Pick the polygons of a layer that a release or a zone names, or all.
 
     Raises
     ------
@@ -135,6 +140,39 @@ def outlined(settings: Settings, outlines: Outlines | None) -> list[PolygonRelea
         if isinstance(release, PolygonsRelease)
         for each in polygon_releases(release, (outlines or {})[release.polygons, release.layer])
     ]
+
+
+def zones(
+    settings: Settings, points: Lattice | PointCloud, outlines: Outlines | None = None
+) -> tuple[Zone, ...]:
+    """Make the zones of friction: the share of each cell that is in none of those that come later.
+
+    Raises
+    ------
+    ValueError
+        If a layer has no polygon of the name asked for.
+    """
+    if not settings.zones:
+        return ()
+    from pipeline.inputs.polygons import uncovered
+    from solver.release.shares import shares
+    from solver.scene import Zone
+
+    layers = []
+    for zone in settings.zones:
+        if isinstance(zone.polygon, str):
+            held = chosen(zone, (outlines or {})[zone.polygon, zone.layer])
+            layers.append([outline.rings for outline in held])
+        else:
+            layers.append([(counter_clockwise(np.array(zone.polygon)),)])
+    left = uncovered(layers)
+    laws = settings.material.zone_laws()
+    return tuple(Zone(law, shares(rings, points)) for law, rings in zip(laws, left, strict=True))
+
+
+def counter_clockwise(ring: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Turn an outline (n, 2) so that it runs counter-clockwise."""
+    return ring if ring_area(ring) > 0 else ring[::-1]
 
 
 @lru_cache(maxsize=8)

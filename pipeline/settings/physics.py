@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 from pydantic import create_model, model_validator
+from pydantic_core import PydanticCustomError
 
 from pipeline.settings.generated import (
     FlatSection,
@@ -25,6 +26,7 @@ from pipeline.settings.generated import (
 )
 from pipeline.settings.section import key, kind, relation
 from pipeline.settings.surface import ElevationTerrain, PolygonsRelease
+from pipeline.settings.zones import Zone
 from solver import scheme
 from solver.parameters import parameters
 from solver.physics import earth_pressure, friction, terrain, terrain_table
@@ -78,6 +80,25 @@ class MaterialLaws(FlatSection):
                 given = {"bed_friction": (resistance.bed_friction, "friction")}
         return resistance, made(law, self, given, why="earth_pressure")
 
+    def zone_laws(self) -> tuple[friction.Friction, ...]:
+        """Make the laws of friction of the zones.
+
+        Raises
+        ------
+        PydanticCustomError
+            If a zone has a parameter that is none of the law's.
+        """
+        law, _ = self.laws()
+        made_: list[friction.Friction] = []
+        for i, zone in enumerate(getattr(self, "zones") or ()):  # noqa: B009
+            try:
+                made_.append(zone.law(law))
+            except PydanticCustomError as error:
+                context = error.context or {}
+                paths = (("zones", i, name) for name in context["keys"])
+                raise relation(context["message"], *paths) from None
+        return tuple(made_)
+
     def _named(self, named: Generated) -> friction.Friction:
         """Make the law of friction of a section of its own, with what the material holds of it."""
         here = [each.name for each, _ in parameters(named.source) if each.name in _OF_MATERIAL]
@@ -97,7 +118,10 @@ class MaterialLaws(FlatSection):
         beside = [name for name in _SHORTHAND if getattr(self, name) is not None]
         if getattr(self, "friction", None) is not None and beside:
             raise relation(f"expected either friction or {beside[0]}, found both", beside[0], "friction")
-        self.laws()
+        _, pressure = self.laws()
+        if self.zone_laws() and not isinstance(pressure, earth_pressure.Isotropic):
+            found = f"expected isotropic with zones, found {tag(type(pressure))}"
+            raise relation(found, "earth_pressure", "zones")
         return self
 
 
@@ -128,11 +152,20 @@ def _material() -> type[MaterialLaws]:
                 default=None,
             ),
         ),
+        "zones": (
+            tuple[Zone, ...] | None,
+            key(
+                "parts of the domain where friction has other parameters; where they overlap the later one "
+                "counts, and a cell on an edge has the mean over its area of mu, 1/turbulent_friction, n^2, "
+                "1/C^2 or yield stress",
+                default=None,
+            ),
+        ),
     }
     model = create_model(
         "Material", __base__=MaterialLaws, __doc__=MaterialLaws.__doc__, __module__=__name__, **keys
     )
-    model.alternatives = alternatives_of(friction.Coulomb) | {"friction", *_OF_MATERIAL}
+    model.alternatives = alternatives_of(friction.Coulomb) | {"friction", "zones", *_OF_MATERIAL}
     return model
 
 

@@ -15,6 +15,7 @@ from pipeline.settings.receptor import Receptor
 from pipeline.settings.sample import Sample, Scalar
 from pipeline.settings.section import Positive, Section, key, relation
 from pipeline.settings.surface import ElevationTerrain, unfit
+from pipeline.settings.zones import Zone
 from solver.physics.constants import GRAVITY
 from solver.physics.friction import Coulomb
 from solver.scheme import Collocation
@@ -242,6 +243,10 @@ class Settings(Section):
         error = unfit(self)
         if error is not None:
             raise error
+        for i, zone in enumerate(self.zones):
+            if zone.file is not None and not self.on_surface:
+                found = "expected corners, as a file of polygons needs an elevation model, found a file"
+                raise relation(found, f"material.zones.{i}.polygon", "terrain")
         return self
 
     @model_validator(mode="after")
@@ -268,6 +273,9 @@ class Settings(Section):
             if not isinstance(law, Coulomb):
                 found = f"expected coulomb or voellmy with form collocation, found {tag(type(law))}"
                 raise relation(found, "material.friction", "scheme.form")
+            if self.zones:
+                found = "expected form weighted-residual with zones, found collocation"
+                raise relation(found, "scheme.form", "material.zones")
         return self
 
     @model_validator(mode="after")
@@ -360,6 +368,11 @@ class Settings(Section):
         # two digits are enough, and are read more easily
         step = 10.0 ** (floor(log10(latest)) - 1)
         return ceil(latest / step) * step
+
+    @property
+    def zones(self) -> tuple[Zone, ...]:
+        """The zones of friction, in their order."""
+        return getattr(self.material, "zones") or ()  # noqa: B009
 
     @property
     def places(self) -> tuple[Receptor, ...]:

@@ -376,3 +376,43 @@ def test_the_shipped_scenario_is_that_of_its_command(tmp_path):
 def _copied(shipped, folder):
     (folder / "torrent.yaml").write_text((shipped / "torrent.yaml").read_text())
     return folder
+
+
+PRESSURE = "earth_pressure: isotropic"
+ROUGH = (PRESSURE, f"{PRESSURE}, zones: [{{polygon: forest.gpkg, bed_friction: 30}}]")
+
+
+def test_friction_differs_in_the_polygons_of_a_file(folder):
+    write_polygons(folder / "forest.gpkg", {"wood": (100, -150, 202.5, -50), "other": (190, -90, 260, -50)})
+    (scenario,) = load([written(folder, TEXT, ROUGH)])
+    run = expand(scenario)[0]
+    scene = build_scene(run, share(scenario, [run])).scene
+    (zone,) = scene.zones
+    assert zone.friction.bed_friction == 30
+    # overlapping polygons of a layer count once
+    area = 25 * zone.share.sum()
+    assert area == pytest.approx(102.5 * 100 + (260 - 202.5) * 40, rel=1e-12)
+    assert set(np.unique(zone.share)) == {0.0, 0.5, 1.0}
+    # what the polygons are is part of the scenario
+    (before,) = load([written(folder, TEXT, ROUGH)])
+    write_polygons(folder / "forest.gpkg", {"wood": (100, -150, 200, -50)})
+    (after,) = load([written(folder, TEXT, ROUGH)])
+    assert before.digest == scenario.digest != after.digest
+
+
+def test_a_forest_ahead_of_a_slide_stops_it_earlier(folder):
+    write_polygons(folder / "forest.gpkg", {"wood": (90, -200, 300, 0)})
+    written(folder, TEXT, ROUGH)
+    (folder / "bare.yaml").write_text(TEXT.replace("name: small", "name: bare"))
+    results = folder / "results"
+    pipeline.run([folder / "small.yaml", folder / "bare.yaml"], results, workers=1, quiet=True)
+    table = pipeline.run_table(results).set_index("scenario")
+    assert set(table["status"]) <= {"done", "cut_off"}
+    assert table.loc["small", "runout_distance"] < table.loc["bare", "runout_distance"] - 5
+
+
+def test_zones_of_files_that_are_not_there_or_hold_no_such_polygon_are_refused(folder):
+    assert "expected a readable file, found none" in refused(folder, ROUGH)
+    write_polygons(folder / "forest.gpkg", {"wood": (100, -150, 200, -50)})
+    named = (ROUGH[0], ROUGH[1].replace("forest.gpkg", "forest.gpkg, name: heath"))
+    assert "expected one of the polygons wood, found 'heath'" in refused(folder, named)

@@ -1,0 +1,65 @@
+"""Polygons that later ones lie over: what is left of each, by its outlines."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Ring = NDArray[np.float64]
+
+
+def crossing(corners: Sequence[tuple[float, float]]) -> str:
+    """Say why corners are no simple polygon; "" if they are one."""
+    import shapely
+
+    polygon = shapely.Polygon(corners)
+    if not polygon.is_valid:
+        return str(shapely.is_valid_reason(polygon))
+    return "" if polygon.area > 0 else "one of no area"
+
+
+def uncovered(layers: Sequence[Sequence[Sequence[Ring]]]) -> list[list[Ring]]:
+    """Give the outlines of what later layers leave of each layer, outer ones counter-clockwise.
+
+    Parameters
+    ----------
+    layers : sequence
+        Polygons of each layer, each with its rings (n, 2), m: outer ones counter-clockwise, holes clockwise.
+        Polygons of a layer may overlap.
+    """
+    import shapely
+
+    above: Any = shapely.Polygon()
+    found: list[list[Ring]] = []
+    for layer in reversed(layers):
+        whole = shapely.union_all([_polygon(rings) for rings in layer])
+        found.append(_rings(shapely.difference(whole, above)))
+        above = shapely.union(above, whole)
+    return found[::-1]
+
+
+def _polygon(rings: Sequence[Ring]) -> Any:
+    """Make a polygon, or several, of rings whose orientation says what is a hole."""
+    import shapely
+
+    outer = [ring for ring in rings if shapely.LinearRing(ring).is_ccw]
+    holes = [ring for ring in rings if not shapely.LinearRing(ring).is_ccw]
+    whole = shapely.union_all([shapely.Polygon(ring) for ring in outer])
+    return shapely.difference(whole, shapely.union_all([shapely.Polygon(ring) for ring in holes]))
+
+
+def _rings(geometry: Any) -> list[Ring]:
+    """List the rings of what is an area in a geometry."""
+    import shapely
+
+    found: list[Ring] = []
+    for part in getattr(geometry, "geoms", [geometry]):
+        if part.geom_type == "Polygon" and part.area > 0:
+            turned = shapely.geometry.polygon.orient(part)
+            found += [np.asarray(ring.coords)[:-1, :2] for ring in (turned.exterior, *turned.interiors)]
+        elif part.geom_type == "MultiPolygon":
+            found += _rings(part)
+    return found

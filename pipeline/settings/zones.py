@@ -1,0 +1,103 @@
+"""Settings of zones: parts of the domain where friction has other parameters."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
+
+from pydantic import Discriminator, Field, Tag, create_model, model_validator
+
+from pipeline.settings.generated import FlatSection, keys_of, tag
+from pipeline.settings.section import Pair, key, relation
+from solver.parameters import parameters
+from solver.physics import friction
+
+
+def _file_or_corners(value: Any) -> str:
+    return "file" if isinstance(value, str) else "corners"
+
+
+PolygonOrFile = Annotated[
+    Annotated[str, Field(min_length=1), Tag("file")]
+    | Annotated[tuple[Pair, ...], Field(min_length=3), Tag("corners")],
+    Discriminator(_file_or_corners),
+]
+# parameters that resistance is linear in, or in a power of, so that cells on an edge have a mean of them
+_LINEAR = ("bed_friction", "friction_coefficient", "turbulent_friction", "manning_n", "chezy_coefficient")
+_KEYS = {
+    name: held
+    for law in friction.LAWS
+    for name, held in keys_of(law, optional=True).items()
+    if name in (*_LINEAR, "yield_stress")
+}
+
+
+class ZoneOfFriction(FlatSection):
+    """Polygons in which friction has other parameters; the law is that of the material."""
+
+    polygon: PolygonOrFile = key(
+        "corners along and across the bed, or of eastings and northings on an elevation model, m; or there a "
+        "GeoPackage, GeoJSON or Shapefile of polygons in any reference system, relative to the scenario file"
+    )
+    layer: str | None = key("layer of the file; needed where it has several", default=None)
+    name: str | None = key(
+        "polygons of the file whose attribute `name` is this. Default: all of the layer", default=None
+    )
+
+    @property
+    def file(self) -> str | None:
+        """File of the polygons, if they are of one."""
+        return self.polygon if isinstance(self.polygon, str) else None
+
+    @model_validator(mode="after")
+    def _says_something(self) -> ZoneOfFriction:
+        given = [name for name in _KEYS if getattr(self, name) is not None]
+        if not given:
+            raise relation(f"expected one of {', '.join(_KEYS)}, found none", "polygon")
+        if {"bed_friction", "friction_coefficient"} <= {*given}:
+            message = "expected either bed_friction or friction_coefficient, found both"
+            raise relation(message, "friction_coefficient", "bed_friction")
+        for name in ("layer", "name"):
+            if self.file is None and getattr(self, name) is not None:
+                raise relation(f"expected a file with {name}, found corners", "polygon", name)
+        return self
+
+    def law(self, of_material: friction.Friction) -> friction.Friction:
+        """Give the law of friction in the zone, that of the material with other parameters.
+
+        Raises
+        ------
+        PydanticCustomError
+            If a parameter is none of the law's.
+        """
+        own = {each.name for each, _ in parameters(type(of_material))}
+        changed: dict[str, float] = {}
+        for name in _KEYS:
+            value = getattr(self, name)
+            if value is None:
+                continue
+            at, value = (
+                ("bed_friction", friction.friction_angle(value))
+                if name == "friction_coefficient"
+                else (name, value)
+            )
+            if at not in own:
+                taken = ", ".join(k for k in _KEYS if k in own)
+                wanted = taken or "no zones, as none of its parameters may differ"
+                found = f"expected, with friction {tag(type(of_material))}, {wanted}; found {name}"
+                raise relation(found, name)
+            changed[at] = value
+        return replace(of_material, **changed)
+
+
+if TYPE_CHECKING:
+    Zone: TypeAlias = ZoneOfFriction
+else:
+    Zone = create_model(
+        "Zone",
+        __base__=ZoneOfFriction,
+        __doc__=ZoneOfFriction.__doc__,
+        __module__=__name__,
+        **_KEYS,
+    )
+    Zone.alternatives = frozenset((*_KEYS, "layer", "name"))

@@ -1,0 +1,42 @@
+import numpy as np
+import pytest
+
+from pipeline.inputs.polygons import crossing, uncovered
+from solver.release.polygons import ring_area
+
+
+def box(west, south, east, north):
+    return np.array([(west, south), (east, south), (east, north), (west, north)], dtype=float)
+
+
+def area(rings):
+    return sum(map(ring_area, rings))
+
+
+def test_later_layers_lie_over_earlier_ones():
+    found = uncovered([[(box(0, 0, 4, 4),)], [(box(2, 0, 6, 4),)], [(box(3, 1, 4, 2),)]])
+    assert [area(rings) for rings in found] == pytest.approx([8, 15, 1])
+
+
+def test_polygons_of_a_layer_count_once_and_holes_stay_holes():
+    ring = (box(0, 0, 4, 4), box(1, 1, 3, 3)[::-1])
+    found = uncovered([[(box(0, 0, 10, 10),)], [ring, (box(3.5, 0, 5, 4),)]])
+    assert area(found[1]) == pytest.approx(12 + 4)
+    assert area(found[0]) == pytest.approx(100 - 16)
+
+
+def test_what_is_covered_wholly_is_nothing():
+    assert uncovered([[(box(0, 0, 1, 1),)], [(box(-1, -1, 2, 2),)]])[0] == []
+
+
+@pytest.mark.parametrize(
+    ("corners", "said"),
+    [
+        ([(0, 0), (1, 0), (1, 1)], ""),
+        ([(0, 0), (1, 0), (0, 1), (1, 1)], "Self-intersection"),
+        ([(0, 0), (1, 0), (2, 0)], "Self-intersection"),
+    ],
+)
+def test_corners_have_to_make_a_simple_polygon(corners, said):
+    assert crossing(corners).startswith(said)
+    assert bool(crossing(corners)) == bool(said)

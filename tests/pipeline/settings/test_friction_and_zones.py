@@ -1,0 +1,161 @@
+"""Laws of friction and zones as they stand in scenario files."""
+
+import pytest
+import yaml
+
+from pipeline.scenario.schema_errors import check
+from pipeline.scenario.strict_yaml import parse
+from solver.physics import friction
+
+BASE = """\
+name: a
+terrain: {profile: plane, angle: 10}
+domain: {x: [0, 40], y: [-10, 10]}
+points: {spacing: 1}
+release: {shape: box, x: [5, 10], y: [-3, 3], height: 1}
+"""
+TRIANGLE = [[20, -9], [30, -9], [30, 9]]
+
+
+def problems(material, **more):
+    data = yaml.safe_load(BASE) | {"material": material} | more
+    found = check(parse(yaml.safe_dump(data), "a.yaml").data)
+    if not isinstance(found, list):
+        return found
+    return {".".join(map(str, problem.path)): problem.message for problem in found}
+
+
+def isotropic(**material):
+    return {"earth_pressure": "isotropic", **material}
+
+
+LAWS = {
+    "coulomb": ({"friction_coefficient": 0.2}, friction.Coulomb(friction.friction_angle(0.2))),
+    "voellmy": (
+        {"bed_friction": 8, "turbulent_friction": 200, "cohesion": 300},
+        friction.Voellmy(8, 200, 300, 2000),
+    ),
+    "chezy": ({"chezy_coefficient": 20}, friction.Chezy(20)),
+    "manning": ({"manning_n": 0.05}, friction.Manning(0.05)),
+    "obrien": (
+        {"yield_stress": 900, "viscosity": 50, "manning_n": 0.05},
+        friction.OBrien(900, 50, 0.05, 24, 2000),
+    ),
+    "bingham": (
+        {"yield_stress": 900, "viscosity": 50, "form": "linear", "factor": 1.5},
+        friction.Bingham(900, 50, "linear", 1.5, 2000),
+    ),
+    "herschel-bulkley": (
+        {"yield_stress": 900, "consistency": 200, "flow_index": 0.4},
+        friction.HerschelBulkley(900, 200, 0.4, 2000),
+    ),
+    "pouliquen": (
+        {"angles": [21, 30.7], "beta": 0.136, "length": 0.00065},
+        friction.Pouliquen((21, 30.7), 0.136, 0.00065),
+    ),
+    "edwards": (
+        {"angles": [21, 30, 24], "beta": 0.136, "length": 0.5, "beta_star": 0.1},
+        friction.Edwards((21, 30, 24), 0.136, 0.5, 0.1),
+    ),
+}
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_every_law_is_chosen_by_its_name(law):
+    keys, expected = LAWS[law]
+    found = problems(isotropic(density=2000, friction={"law": law, **keys}), time={"end": 10})
+    assert found.material.laws()[0] == expected
+
+
+@pytest.mark.parametrize("law", ["chezy", "manning"])
+def test_a_law_that_stops_nothing_needs_an_end(law):
+    found = problems(isotropic(friction={"law": law, **LAWS[law][0]}))
+    assert found == {"time.end": f"expected a time, as {law} friction stops nothing, found nothing"}
+
+
+@pytest.mark.parametrize("law", ["voellmy", "obrien", "bingham", "herschel-bulkley"])
+def test_a_law_of_stress_needs_a_density(law):
+    found = problems(isotropic(friction={"law": law, **LAWS[law][0]}))
+    assert found == {"material.density": f"expected a density with friction {law}, found nothing"}
+
+
+@pytest.mark.parametrize("law", [law for law in LAWS if law not in ("coulomb", "voellmy")])
+def test_mohr_coulomb_pressure_and_collocation_go_with_coulomb_and_voellmy_alone(law):
+    material = {"density": 2000, "friction": {"law": law, **LAWS[law][0]}}
+    found = problems(material | {"internal_friction": 40}, time={"end": 10})
+    assert found == {"material.earth_pressure": f"expected isotropic with friction {law}, found mohr-coulomb"}
+    found = problems(isotropic(**material), time={"end": 10}, scheme={"form": "collocation"})
+    assert found == {"material.friction": f"expected coulomb or voellmy with form collocation, found {law}"}
+
+
+def test_both_ways_to_give_friction_at_once_are_refused():
+    found = problems(isotropic(bed_friction=10, friction={"law": "manning", "manning_n": 0.05}))
+    assert found == {"material.bed_friction": "expected either friction or bed_friction, found both"}
+
+
+@pytest.mark.parametrize(
+    ("law", "changed", "key", "said"),
+    [
+        ("edwards", {"angles": [21, 30, 31]}, "angles.2", "expected the third angle between the first"),
+        ("pouliquen", {"angles": [31, 30]}, "angles", "expected a lower bound below the upper one"),
+        ("bingham", {"factor": 2}, "factor", "expected a number of at most 1.5, found 2"),
+        ("bingham", {"form": "cubic"}, "form", "expected one of exact, linear, found 'cubic'"),
+        ("manning", {"manning_n": 0}, "manning_n", "expected a number above 0, found 0"),
+        ("herschel-bulkley", {"flow_index": 0.01}, "flow_index", "expected a number of at least 0.1"),
+    ],
+)
+def test_a_parameter_out_of_range_is_refused_at_its_key(law, changed, key, said):
+    section = {"law": law, **LAWS[law][0], **changed}
+    found = problems(isotropic(density=2000, friction=section), time={"end": 10})
+    ((path, message),) = found.items()
+    assert path == f"material.friction.{key}"
+    assert message.startswith(said)
+
+
+def test_a_zone_changes_what_it_names_of_the_law_of_the_material():
+    # written out twice, as files may hold no references
+    other = [list(corner) for corner in TRIANGLE]
+    zones = [
+        {"polygon": TRIANGLE, "friction_coefficient": 0.3},
+        {"polygon": other, "turbulent_friction": 90},
+    ]
+    found = problems(isotropic(bed_friction=8, turbulent_friction=200, zones=zones))
+    assert found.material.zone_laws() == (
+        friction.Voellmy(friction.friction_angle(0.3), 200),
+        friction.Voellmy(8, 90),
+    )
+
+
+@pytest.mark.parametrize(
+    ("material", "path", "said"),
+    [
+        ({"zones": [{"polygon": TRIANGLE}]}, "zones.0.polygon", "expected one of bed_friction, "),
+        (
+            {"zones": [{"polygon": TRIANGLE, "manning_n": 0.1}]},
+            "zones.0.manning_n",
+            "expected, with friction coulomb, bed_friction; found manning_n",
+        ),
+        ({"zones": [{"polygon": TRIANGLE[:2], "bed_friction": 9}]}, "zones.0.polygon", "expected 3 or more"),
+        (
+            {"zones": [{"polygon": "forest.gpkg", "bed_friction": 9}]},
+            "zones.0.polygon",
+            "expected corners, as a file of polygons needs an elevation model",
+        ),
+        (
+            {"zones": [{"polygon": TRIANGLE, "bed_friction": 9, "friction_coefficient": 0.2}]},
+            "zones.0.friction_coefficient",
+            "expected either bed_friction or friction_coefficient, found both",
+        ),
+        (
+            {"zones": [{"polygon": TRIANGLE, "bed_friction": 9}], "earth_pressure": "mohr-coulomb",
+             "internal_friction": 30},
+            "earth_pressure",
+            "expected isotropic with zones, found mohr-coulomb",
+        ),
+    ],
+)  # fmt: skip
+def test_a_zone_that_cannot_be_is_refused_at_its_key(material, path, said):
+    found = problems({"bed_friction": 8, "earth_pressure": "isotropic", **material})
+    ((at, message),) = found.items()
+    assert at == f"material.{path}"
+    assert message.startswith(said)
