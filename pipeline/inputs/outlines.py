@@ -91,6 +91,52 @@ def read(path: Path, crs: str, layer: str | None = None) -> tuple[Outline, ...]:
     return tuple(outlines)
 
 
+def read_classes(path: Path, crs: str) -> tuple[Outline, ...]:
+    """Read a raster of classes as polygons, one of each class but 0, and bring them to a reference system.
+
+    Parameters
+    ----------
+    path : Path
+        GeoTIFF, ASC, NetCDF, or another raster of one band of whole numbers that GDAL reads.
+    crs : str
+        Reference system of the coordinates that are given back.
+
+    Raises
+    ------
+    OutlineError
+        If it is none, or has no reference system or no class.
+    """
+    import rasterio
+    import shapely
+    from rasterio.errors import RasterioError
+    from rasterio.features import shapes
+
+    try:
+        source = rasterio.open(path)
+    except RasterioError as error:
+        expected = "expected a raster of classes as GeoTIFF, ASC or NetCDF"
+        raise OutlineError(f"{expected}, found {path.name}, which is none: {error}") from None
+    with source:
+        if source.count != 1:
+            raise OutlineError(f"expected a raster of one band, found {source.count} bands")
+        if source.crs is None:
+            raise OutlineError(f"expected a reference system, found none in {path.name}")
+        values, step, system = source.read(1, masked=True), source.transform, source.crs
+    classes = np.ma.filled(values, 0).astype(np.float64)
+    if not (np.mod(classes, 1) == 0).all():
+        raise OutlineError("expected whole numbers as classes, found others")
+    found: dict[int, list[Array]] = {}
+    for geometry, number in shapes(classes.astype(np.int32), mask=classes != 0, transform=step):
+        turned = shapely.geometry.polygon.orient(shapely.geometry.shape(geometry))
+        found.setdefault(int(number), []).extend(
+            _brought(np.asarray(ring.coords)[:-1, :2], system, crs, path.name)
+            for ring in (turned.exterior, *turned.interiors)
+        )
+    if not found:
+        raise OutlineError("expected a class beside 0, found none")
+    return tuple(Outline(str(number), tuple(rings)) for number, rings in sorted(found.items()))
+
+
 def read_places(path: Path, crs: str, layer: str | None = None) -> tuple[Place, ...]:
     """Read the points, lines and polygons of a file and bring them to a reference system.
 

@@ -314,7 +314,7 @@ def _zones(settings: Settings) -> list[Problem]:
     """List what is wrong with the corners of zones."""
     found = []
     for i, zone in enumerate(settings.zones):
-        if not isinstance(zone.polygon, str) and (why := crossing(zone.polygon)):
+        if isinstance(zone.polygon, tuple) and (why := crossing(zone.polygon)):
             path: Path = ("material", "zones", i, "polygon")
             found.append(Problem(path, f"expected corners of a simple polygon, found {why}"))
     return found

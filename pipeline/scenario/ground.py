@@ -116,16 +116,17 @@ class GroundCheck:
             read[release.polygons, release.layer] = held
             problems += self._laid(release, held, path, model, settings)
         for i, zone in enumerate(settings.zones):
-            path = ("material", "zones", i, "polygon")
+            path = ("material", "zones", i, "polygon" if zone.raster is None else "raster")
             if zone.file is None:
                 continue
-            held = self._polygons(zone.file, zone.layer, raster.crs, path)
+            classes = zone.raster is not None
+            held = self._polygons(zone.file, zone.layer, raster.crs, path, of_raster=classes)
             if isinstance(held, Problem):
                 problems.append(held)
                 continue
             read[zone.file, zone.layer] = held
             try:
-                solver_objects.chosen(zone, held)
+                solver_objects.chosen(zone.picked, held)
             except ValueError as error:
                 problems.append(Problem(path, f"{error} ({zone.file})", related=(path,)))
         self.held = Ground(raster, read)
@@ -233,7 +234,9 @@ class GroundCheck:
         if said:
             self.doubts[terrain] = "; ".join(said)
 
-    def _polygons(self, name: str, layer: str | None, crs: str, path: Path) -> tuple[Outline, ...] | Problem:
+    def _polygons(
+        self, name: str, layer: str | None, crs: str, path: Path, *, of_raster: bool = False
+    ) -> tuple[Outline, ...] | Problem:
         key = name, layer, crs
         if key not in self._outlines:
             file = self.folder / name
@@ -241,7 +244,9 @@ class GroundCheck:
                 self._outlines[key] = Problem(path, f"expected a readable file, found none: {file}")
             else:
                 try:
-                    self._outlines[key] = outlines.read(file, crs, layer)
+                    self._outlines[key] = (
+                        outlines.read_classes(file, crs) if of_raster else outlines.read(file, crs, layer)
+                    )
                 except OutlineError as error:
                     self._outlines[key] = Problem(path, f"{error} ({name})")
         return self._outlines[key]
@@ -262,7 +267,7 @@ class GroundCheck:
         domain, spacing = settings.bounds, float(getattr(settings.points, "spacing"))  # noqa: B009
         lattice = Lattice(domain.x, domain.y, spacing)
         problems = []
-        for outline in solver_objects.chosen(release, held):
+        for outline in solver_objects.chosen(release.name, held):
             where = f"'{outline.name}' of {release.polygons}"
             size = sum(map(ring_area, outline.rings))
             if size < spacing**2:

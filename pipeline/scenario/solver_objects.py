@@ -13,7 +13,6 @@ from pipeline.settings import points as points_settings
 from pipeline.settings.generated import Generated
 from pipeline.settings.physics import MaterialLaws
 from pipeline.settings.surface import ElevationTerrain, PolygonsRelease
-from pipeline.settings.zones import ZoneOfFriction
 from solver.physics.earth_pressure import EarthPressure
 from solver.physics.elevation import ElevationModel
 from solver.physics.friction import Friction
@@ -94,18 +93,18 @@ def releases(settings: Settings) -> list[Release]:
     return [release.make() for release in settings.releases if not isinstance(release, PolygonsRelease)]
 
 
-def chosen(release: PolygonsRelease | ZoneOfFriction, outlines: Sequence[Outline]) -> list[Outline]:
-    """Pick the polygons of a layer that a release or a zone names, or all.
+def chosen(name: str | None, outlines: Sequence[Outline]) -> list[Outline]:
+    """Pick the polygons of a layer that have a name, or all.
 
     Raises
     ------
     ValueError
         If none has the name.
     """
-    found = [each for each in outlines if release.name in (None, each.name)]
+    found = [each for each in outlines if name in (None, each.name)]
     if not found:
         known = ", ".join(each.name for each in outlines)
-        raise ValueError(f"expected one of the polygons {known}, found '{release.name}'")
+        raise ValueError(f"expected one of the polygons {known}, found '{name}'")
     return found
 
 
@@ -117,7 +116,7 @@ def polygon_releases(release: PolygonsRelease, outlines: Sequence[Outline]) -> l
     ValueError
         If none has the name asked for, or one has no depth.
     """
-    held, measured = chosen(release, outlines), release.measured
+    held, measured = chosen(release.name, outlines), release.measured
     if release.volume is not None:
         rings = [ring for outline in held for ring in outline.rings]
         return [PolygonRelease(rings, volume=release.volume, measured=measured)]
@@ -158,13 +157,13 @@ def zones(
     from solver.release.shares import shares
     from solver.scene import Zone
 
-    layers = []
+    layers: list[list[tuple[NDArray[np.float64], ...]]] = []
     for zone in settings.zones:
-        if isinstance(zone.polygon, str):
-            held = chosen(zone, (outlines or {})[zone.polygon, zone.layer])
-            layers.append([outline.rings for outline in held])
-        else:
+        if zone.file is None:
             layers.append([(counter_clockwise(np.array(zone.polygon)),)])
+        else:
+            held = chosen(zone.picked, (outlines or {})[zone.file, zone.layer])
+            layers.append([outline.rings for outline in held])
     left = uncovered(layers)
     laws = settings.material.zone_laws()
     return tuple(Zone(law, shares(rings, points)) for law, rings in zip(laws, left, strict=True))

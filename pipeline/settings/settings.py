@@ -246,7 +246,8 @@ class Settings(Section):
         for i, zone in enumerate(self.zones):
             if zone.file is not None and not self.on_surface:
                 found = "expected corners, as a file of polygons needs an elevation model, found a file"
-                raise relation(found, f"material.zones.{i}.polygon", "terrain")
+                place = "polygon" if zone.raster is None else "raster"
+                raise relation(found, f"material.zones.{i}.{place}", "terrain")
         return self
 
     @model_validator(mode="after")

@@ -33,12 +33,20 @@ _KEYS = {
 
 
 class ZoneOfFriction(FlatSection):
-    """Polygons in which friction has other parameters; the law is that of the material."""
+    """Polygons or a raster in which friction has other parameters; the law is that of the material."""
 
-    polygon: PolygonOrFile = key(
+    polygon: PolygonOrFile | None = key(
         "corners along and across the bed, or of eastings and northings on an elevation model, m; or there a "
-        "GeoPackage, GeoJSON or Shapefile of polygons in any reference system, relative to the scenario file"
+        "GeoPackage, GeoJSON or Shapefile of polygons in any reference system, relative to the scenario file",
+        default=None,
     )
+    raster: str | None = key(
+        "in place of `polygon`, on an elevation model: raster of classes, whole numbers, in any reference "
+        "system, relative to the scenario file",
+        default=None,
+        min_length=1,
+    )
+    value: Annotated[int, Field(gt=0)] | None = key("class of the raster. Default: all but 0", default=None)
     layer: str | None = key("layer of the file; needed where it has several", default=None)
     name: str | None = key(
         "polygons of the file whose attribute `name` is this. Default: all of the layer", default=None
@@ -46,20 +54,31 @@ class ZoneOfFriction(FlatSection):
 
     @property
     def file(self) -> str | None:
-        """File of the polygons, if they are of one."""
-        return self.polygon if isinstance(self.polygon, str) else None
+        """File of the polygons or the raster, if there is one."""
+        return self.polygon if isinstance(self.polygon, str) else self.raster
+
+    @property
+    def picked(self) -> str | None:
+        """Name of the polygons of the file, or class of the raster; None for all."""
+        return self.name if self.value is None else str(self.value)
 
     @model_validator(mode="after")
     def _says_something(self) -> ZoneOfFriction:
+        if (self.polygon is None) == (self.raster is None):
+            found = "found none" if self.raster is None else "found both"
+            raise relation(f"expected either polygon or raster, {found}", "polygon", "raster")
+        place = "raster" if self.polygon is None else "polygon"
         given = [name for name in _KEYS if getattr(self, name) is not None]
         if not given:
-            raise relation(f"expected one of {', '.join(_KEYS)}, found none", "polygon")
+            raise relation(f"expected one of {', '.join(_KEYS)}, found none", place)
         if {"bed_friction", "friction_coefficient"} <= {*given}:
             message = "expected either bed_friction or friction_coefficient, found both"
             raise relation(message, "friction_coefficient", "bed_friction")
         for name in ("layer", "name"):
-            if self.file is None and getattr(self, name) is not None:
-                raise relation(f"expected a file with {name}, found corners", "polygon", name)
+            if not isinstance(self.polygon, str) and getattr(self, name) is not None:
+                raise relation(f"expected a file of polygons with {name}, found none", place, name)
+        if self.raster is None and self.value is not None:
+            raise relation("expected a raster with value, found none", "polygon", "value")
         return self
 
     def law(self, of_material: friction.Friction) -> friction.Friction:
@@ -100,4 +119,4 @@ else:
         __module__=__name__,
         **_KEYS,
     )
-    Zone.alternatives = frozenset((*_KEYS, "layer", "name"))
+    Zone.alternatives = frozenset((*_KEYS, "polygon", "raster", "value", "layer", "name"))

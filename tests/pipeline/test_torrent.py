@@ -416,3 +416,21 @@ def test_zones_of_files_that_are_not_there_or_hold_no_such_polygon_are_refused(f
     write_polygons(folder / "forest.gpkg", {"wood": (100, -150, 200, -50)})
     named = (ROUGH[0], ROUGH[1].replace("forest.gpkg", "forest.gpkg, name: heath"))
     assert "expected one of the polygons wood, found 'heath'" in refused(folder, named)
+
+
+def test_a_raster_of_classes_makes_zones_too(folder):
+    land = np.zeros((ROWS, COLUMNS))
+    land[10:20, 20:30], land[25:30, 20:30] = 3, 7
+    write_raster(folder / "land.tif", land)
+    zones = "zones: [{raster: land.tif, bed_friction: 30}, {raster: land.tif, value: 7, bed_friction: 35}]"
+    (scenario,) = load([written(folder, TEXT, (PRESSURE, f"{PRESSURE}, {zones}"))])
+    run = expand(scenario)[0]
+    scene = build_scene(run, share(scenario, [run])).scene
+    # rows of the raster go from north to south; the later zone lies over the first
+    np.testing.assert_array_equal(scene.zones[0].share, 1.0 * (land[::-1] == 3))
+    np.testing.assert_array_equal(scene.zones[1].share, 1.0 * (land[::-1] == 7))
+    assert scene.zones[1].friction.bed_friction == 35
+    unknown = (PRESSURE, f"{PRESSURE}, {zones.replace('7', '5')}")
+    assert "expected one of the polygons 3, 7, found '5'" in refused(folder, unknown)
+    write_raster(folder / "land.tif", land + 0.5)
+    assert "expected whole numbers as classes" in refused(folder, (PRESSURE, f"{PRESSURE}, {zones}"))
