@@ -14,7 +14,14 @@ if TYPE_CHECKING:
     from solver.physics.earth_pressure import Isotropic as Isotropic
     from solver.physics.earth_pressure import MohrCoulomb as MohrCoulomb
     from solver.physics.elevation import ElevationModel as ElevationModel
+    from solver.physics.friction import Bingham as Bingham
+    from solver.physics.friction import Chezy as Chezy
     from solver.physics.friction import Coulomb as Coulomb
+    from solver.physics.friction import Edwards as Edwards
+    from solver.physics.friction import HerschelBulkley as HerschelBulkley
+    from solver.physics.friction import Manning as Manning
+    from solver.physics.friction import OBrien as OBrien
+    from solver.physics.friction import Pouliquen as Pouliquen
     from solver.physics.friction import Voellmy as Voellmy
     from solver.physics.terrain import Bend as Bend
     from solver.physics.terrain import Plane as Plane
@@ -38,6 +45,7 @@ if TYPE_CHECKING:
     from solver.result import Result as Result
     from solver.scene import Boundaries as Boundaries
     from solver.scene import Scene as Scene
+    from solver.scene import Zone as Zone
     from solver.scheme import Collocation as Collocation
     from solver.scheme import WeightedResidual as WeightedResidual
     from solver.simulation import simulate as simulate
@@ -48,7 +56,10 @@ _PLACES = {
     "solver.parameters": ("ParameterError",),
     "solver.physics.elevation": ("ElevationModel",),
     "solver.physics.earth_pressure": ("Isotropic", "MohrCoulomb"),
-    "solver.physics.friction": ("Coulomb", "Voellmy"),
+    "solver.physics.friction": (
+        *("Bingham", "Chezy", "Coulomb", "Edwards", "HerschelBulkley", "Manning", "OBrien", "Pouliquen"),
+        "Voellmy",
+    ),
     "solver.physics.terrain": ("Bend", "Plane", "Segment", "Segments"),
     "solver.physics.terrain_table": ("Table",),
     "solver.points.cloud": ("PointCloud", "given_points", "graded_points", "random_points"),
@@ -57,7 +68,7 @@ _PLACES = {
     "solver.release.initial_state": ("initial_state",),
     "solver.release.shapes": ("Box", "Cap", "Cylinder", "Hemisphere", "Paraboloid"),
     "solver.result": ("Failure", "Ledger", "Result"),
-    "solver.scene": ("Boundaries", "Scene"),
+    "solver.scene": ("Boundaries", "Scene", "Zone"),
     "solver.scheme": ("Collocation", "WeightedResidual"),
     "solver.simulation": ("simulate",),
     "solver.warmup": ("compile_kernels",),

@@ -21,6 +21,14 @@ def crossing(corners: Sequence[tuple[float, float]]) -> str:
     return "" if polygon.area > 0 else "one of no area"
 
 
+def reaches(polygons: Sequence[Sequence[Ring]], x: tuple[float, float], y: tuple[float, float]) -> bool:
+    """Whether polygons, each with its rings, cover a part of a rectangle with bounds x and y, m."""
+    import shapely
+
+    bounds = x[0], y[0], x[1], y[1]
+    return any(shapely.clip_by_rect(_polygon(rings), *bounds).area > 0 for rings in polygons)
+
+
 def uncovered(layers: Sequence[Sequence[Sequence[Ring]]]) -> list[list[Ring]]:
     """Give the outlines of what later layers leave of each layer, outer ones counter-clockwise.
 

@@ -14,11 +14,11 @@ import numpy as np
 from pipeline.inputs import elevation_table, point_file, reference_system
 from pipeline.inputs.elevation_table import ElevationTable
 from pipeline.inputs.point_file import PointFile
-from pipeline.inputs.polygons import crossing
+from pipeline.inputs.polygons import crossing, reaches
 from pipeline.mistakes import BadInput, Mistake
 from pipeline.scenario import endless, solver_objects
 from pipeline.scenario.design import share_within
-from pipeline.scenario.ground import Ground, GroundCheck
+from pipeline.scenario.ground import OUTSIDE, Ground, GroundCheck
 from pipeline.scenario.places import on_bed, part_inside, receptors_on_bed
 from pipeline.scenario.schema_errors import Problem, check
 from pipeline.scenario.strict_yaml import Document, Path
@@ -312,11 +312,17 @@ def _lost(shape: Release, extent: tuple[Pair, Pair]) -> tuple[float, float]:
 
 def _zones(settings: Settings) -> list[Problem]:
     """List what is wrong with the corners of zones."""
-    found = []
+    found, domain = [], settings.domain
     for i, zone in enumerate(settings.zones):
-        if isinstance(zone.polygon, tuple) and (why := crossing(zone.polygon)):
-            path: Path = ("material", "zones", i, "polygon")
+        path: Path = ("material", "zones", i, "polygon")
+        if not isinstance(zone.polygon, tuple):
+            continue
+        if why := crossing(zone.polygon):
             found.append(Problem(path, f"expected corners of a simple polygon, found {why}"))
+        elif domain is not None and not reaches(
+            [[solver_objects.counter_clockwise(np.array(zone.polygon))]], domain.x, domain.y
+        ):
+            found.append(Problem(path, OUTSIDE, related=(path, ("domain",))))
     return found
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from pipeline.inputs import elevation_raster, outlines
 from pipeline.inputs.elevation_raster import ElevationRaster, ElevationRasterError
 from pipeline.inputs.outlines import Outline, OutlineError
+from pipeline.inputs.polygons import reaches
 from pipeline.scenario import solver_objects
 from pipeline.scenario.places import part_inside
 from pipeline.scenario.schema_errors import Problem
@@ -33,6 +34,7 @@ STEEP = 60.0
 LONGEST_NAME = 100
 # of a polygon, or of a domain
 SLIVER = 1e-9
+OUTSIDE = "expected a zone in the domain, found one outside, which changes nothing"
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,9 +128,12 @@ class GroundCheck:
                 continue
             read[zone.file, zone.layer] = held
             try:
-                solver_objects.chosen(zone.picked, held)
+                rings = [outline.rings for outline in solver_objects.chosen(zone.picked, held)]
             except ValueError as error:
                 problems.append(Problem(path, f"{error} ({zone.file})", related=(path,)))
+                continue
+            if not reaches(rings, domain.x, domain.y):
+                problems.append(Problem(path, f"{OUTSIDE} ({zone.file})", related=(path, ("domain",))))
         self.held = Ground(raster, read)
         return settings, problems
 

@@ -51,6 +51,30 @@ def messages(tmp_path, *texts):
             id="unknown section",
         ),
         pytest.param(
+            MATERIAL,
+            "material: {friction: {law: bingham, yield_stress: 900, viscosity: 50}, earth_pressure: isotropic}",
+            "6:1: material.density: expected a density with friction bingham, found nothing",
+            id="a law of stress without a density",
+        ),
+        pytest.param(
+            MATERIAL + "\nboundaries: {x_min: wall}\ntime: {end: 1}",
+            "material: {friction: {law: manning, manning_n: 0.05}, earth_pressure: isotropic}",
+            "1:1: time.end: expected a time, as manning friction stops nothing, found nothing",
+            id="a law that stops nothing without an end",
+        ),
+        pytest.param(
+            MATERIAL,
+            "material: {bed_friction: 20, earth_pressure: isotropic, zones: [{polygon: [[1, 1], [2, 2], [2, 1], [1, 2]], bed_friction: 25}]}",
+            "6:75: material.zones.0.polygon: expected corners of a simple polygon, found Self-intersection[1.5 1.5]",
+            id="a zone that crosses itself",
+        ),
+        pytest.param(
+            MATERIAL,
+            "material: {bed_friction: 20, earth_pressure: isotropic, zones: [{polygon: [[21, 1], [22, 1], [22, 2]], bed_friction: 25}]}",
+            "6:75: material.zones.0.polygon: expected a zone in the domain, found one outside, which changes nothing",
+            id="a zone outside",
+        ),
+        pytest.param(
             TIME,
             "time: {end: 1}\ngeoreference: {crs: Swiss, origin: [1, 2], azimuth: 90}",
             "9:21: georeference.crs: expected a code as EPSG:2056, found 'Swiss'",
@@ -616,7 +640,7 @@ def test_a_key_of_a_list_of_releases_is_addressed_by_its_place(tmp_path):
         ),
         (
             "friction: {law: chezi}, internal_friction: 30",
-            "6:28: material.friction.law: expected one of coulomb, voellmy, found 'chezi'",
+            "6:28: material.friction.law: expected one of coulomb, voellmy, chezy, manning, obrien, bingham, herschel-bulkley, pouliquen, edwards, found 'chezi'",
         ),
     ],
 )

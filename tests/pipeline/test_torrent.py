@@ -413,9 +413,11 @@ def test_a_forest_ahead_of_a_slide_stops_it_earlier(folder):
 
 def test_zones_of_files_that_are_not_there_or_hold_no_such_polygon_are_refused(folder):
     assert "expected a readable file, found none" in refused(folder, ROUGH)
-    write_polygons(folder / "forest.gpkg", {"wood": (100, -150, 200, -50)})
+    write_polygons(folder / "forest.gpkg", {"wood": (100, -150, 200, -50), "far": (9000, 0, 9100, 100)})
+    far = (ROUGH[0], ROUGH[1].replace("forest.gpkg", "forest.gpkg, name: far"))
+    assert "expected a zone in the domain, found one outside" in refused(folder, far)
     named = (ROUGH[0], ROUGH[1].replace("forest.gpkg", "forest.gpkg, name: heath"))
-    assert "expected one of the polygons wood, found 'heath'" in refused(folder, named)
+    assert "expected one of the polygons wood, far, found 'heath'" in refused(folder, named)
 
 
 def test_a_raster_of_classes_makes_zones_too(folder):
