@@ -14,6 +14,13 @@ if TYPE_CHECKING:
     from solver.physics.earth_pressure import Isotropic as Isotropic
     from solver.physics.earth_pressure import MohrCoulomb as MohrCoulomb
     from solver.physics.elevation import ElevationModel as ElevationModel
+    from solver.physics.erosion import Egashira as Egashira
+    from solver.physics.erosion import ErodibleBed as ErodibleBed
+    from solver.physics.erosion import ErosionLimits as ErosionLimits
+    from solver.physics.erosion import GrowthRate as GrowthRate
+    from solver.physics.erosion import JumpCondition as JumpCondition
+    from solver.physics.erosion import ShearStress as ShearStress
+    from solver.physics.erosion import ShearWork as ShearWork
     from solver.physics.friction import Bingham as Bingham
     from solver.physics.friction import Chezy as Chezy
     from solver.physics.friction import Coulomb as Coulomb
@@ -59,6 +66,15 @@ _PLACES = {
     "solver.physics.friction": (
         *("Bingham", "Chezy", "Coulomb", "Edwards", "HerschelBulkley", "Manning", "OBrien", "Pouliquen"),
         "Voellmy",
+    ),
+    "solver.physics.erosion": (
+        "Egashira",
+        "ErodibleBed",
+        "ErosionLimits",
+        "GrowthRate",
+        "JumpCondition",
+        "ShearStress",
+        "ShearWork",
     ),
     "solver.physics.terrain": ("Bend", "Plane", "Segment", "Segments"),
     "solver.physics.terrain_table": ("Table",),

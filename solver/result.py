@@ -32,19 +32,34 @@ class Failure:
 
 @dataclass(frozen=True)
 class Ledger:
-    """Volumes in m3: released, in and out through all sides, now in the domain, out through open sides."""
+    """Volumes in m3.
+
+    released, in and out through all sides, now in the domain, out through open sides; entrained by the flow,
+    and eroded from the bed, which are one volume counted on either side.
+    """
 
     released: float
     inflow: float
     outflow: float
     now: float
     outflow_open: float = 0.0
+    entrained: float = 0.0
+    eroded: float = 0.0
+
+    @property
+    def total(self) -> float:
+        """All that has been in the flow: released, come in and entrained, m3."""
+        return self.released + self.inflow + self.entrained
 
     @property
     def error(self) -> float:
-        """(now - released - inflow + outflow) / (released + inflow), dimensionless."""
-        total = self.released + self.inflow
-        return (self.now - total + self.outflow) / total if total > 0 else 0.0
+        """(now - total + outflow) / total, dimensionless."""
+        return (self.now - self.total + self.outflow) / self.total if self.total > 0 else 0.0
+
+    @property
+    def bed_error(self) -> float:
+        """(eroded - entrained) / total, dimensionless."""
+        return (self.eroded - self.entrained) / self.total if self.total > 0 else 0.0
 
 
 @dataclass(frozen=True)
@@ -59,6 +74,9 @@ class Result:
     there. cell_stages : cells updated, summed over stages. wall_time, cpu_time : s, of the time loop.
     moving_volume : m3 that is faster than a Froude number of `solver.simulation.MOVING` by the largest depth
     at the start, or held at a side, in the last good state.
+    entrained : (nt,) volume that the flow has taken up from the bed by the frames, m3. erosion_depth : depth
+    that was eroded normal to the bed, of the shape of the points, m. bed_change : change of the elevation of
+    the ground, the deposit less what was eroded, measured vertically, m. None without an erodible bed.
     """
 
     times: Array
@@ -79,3 +97,6 @@ class Result:
     cpu_time: float
     failure: Failure | None
     moving_volume: float = 0.0
+    entrained: Array | None = None
+    erosion_depth: Array | None = None
+    bed_change: Array | None = None

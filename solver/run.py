@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.arrays import Array
+from solver.kernels.erosion import Erosion, no_erosion
 from solver.kernels.record import Record
 from solver.kernels.runge_kutta import AT_REST, OUT_OF_STEPS, Limits, Progress
 from solver.kernels.state import DEPTH, NO_SLIP, OPEN, WALL, Fields, Material, Sides
@@ -61,6 +62,7 @@ class Run(ABC):
 
     now: Fields
     record: Record
+    erosion: Erosion
     rest_volume: float
 
     def __init__(self, scene: Scene, depth: Array, end: float, arrival_depth: float, indices: int) -> None:
@@ -76,6 +78,7 @@ class Run(ABC):
             np.zeros((4, 2)),
             np.full(indices, -1, np.int64),
         )
+        self.erosion = no_erosion()
         self.lull = Lull(np.zeros(1, np.int64), np.full(3, np.nan), np.zeros((4, 2)))
 
     def advance(self, target: float, max_steps: int | None) -> int:
@@ -142,7 +145,10 @@ class Run(ABC):
     @property
     def carried(self) -> dict[str, NDArray[Any]]:
         """The arrays themselves, by name, that a step takes over from the one before."""
-        return by_name(now=self.now, record=self.record, progress=self.progress, lull=self.lull)
+        own = by_name(now=self.now, record=self.record, progress=self.progress, lull=self.lull)
+        if self.scene.erodible_bed is not None:
+            own |= {"erosion.eroded": self.erosion.eroded, "erosion.entrained": self.erosion.entrained}
+        return own
 
     def restore(self, carried: Carried) -> None:
         """Set a run made from the same scene to where these arrays were taken.
@@ -163,6 +169,21 @@ class Run(ABC):
     @abstractmethod
     def volume(self) -> float:
         """Volume in the domain, m3."""
+
+    @property
+    def eroded(self) -> Array:
+        """Depth that has been eroded normal to the bed, of the shape of the points, m."""
+        return np.zeros(self.scene.points.shape)
+
+    @property
+    def entrained(self) -> float:
+        """Volume that the flow has taken up from the bed, m3."""
+        return float(self.erosion.entrained[0])
+
+    @property
+    def steepness(self) -> Array:
+        """Vertical over normal depth on the bed, of the shape of the points, dimensionless."""
+        return np.asarray(1.0 / np.cos(self.scene.profile.inclination(*self.scene.points.coordinates)))
 
     @property
     @abstractmethod
@@ -219,6 +240,22 @@ def state_of(scene: Scene) -> tuple[Array, Array, Array]:
     if (h < 0).any():
         raise ValueError("initial depth must not be negative")
     return h, u, v
+
+
+def erodible_depth(scene: Scene) -> Array:
+    """Give the depth that may be eroded, of the shape of the points, m; an empty array without such a bed.
+
+    Raises
+    ------
+    ValueError
+        If it has another shape.
+    """
+    if scene.erodible_bed is None:
+        return np.zeros(0)
+    depth = np.asarray(scene.erodible_bed.depth, dtype=np.float64)
+    if depth.shape != scene.points.shape:
+        raise ValueError(f"the erodible depth must have the points' shape {scene.points.shape}")
+    return depth
 
 
 def sides_of(scene: Scene) -> Sides:

@@ -9,6 +9,7 @@ from solver.arrays import Array
 from solver.physics.constants import GRAVITY
 from solver.physics.earth_pressure import EarthPressure, Isotropic
 from solver.physics.elevation import Surface
+from solver.physics.erosion import ErodibleBed
 from solver.physics.friction import Friction
 from solver.physics.terrain import Terrain
 from solver.points.cloud import PointCloud
@@ -70,6 +71,7 @@ class Scene:
 
     points : a lattice of shape (ny, nx), or a cloud of shape (n,).
     depth, velocity_x, velocity_y : initial state, means over the cells, of the points' shape, m and m s-1.
+    erodible_bed : what the flow may take up, if anything.
     operators : from `solver.forms.prepare` for runs that share points and choices; by default a run makes
     its own.
     zones : with a law of friction of their own, which do not overlap.
@@ -86,6 +88,7 @@ class Scene:
     boundaries: Boundaries = field(default_factory=Boundaries)
     scheme: Scheme = field(default_factory=WeightedResidual)
     operators: Operators | None = None
+    erodible_bed: ErodibleBed | None = None
     zones: tuple[Zone, ...] = ()
 
     @property

@@ -74,10 +74,13 @@ def simulate(
     depth, velocity_x, velocity_y = kept = [
         np.full((len(moments) if name in frames else 0, *scene.points.shape), np.nan) for name in FRAMES
     ]
+    erodes = scene.erodible_bed is not None
+    # its frames are kept with the others over a restart
+    entrained = np.full(len(moments) if erodes else 0, np.nan)
     rest_time, failure = np.nan, None
     released = run.volume
     run.advance(0.0, max_steps)  # compiles or loads the kernels, off the clock
-    watch = Watch(run, kept, max_steps, max_wall, keeper)
+    watch = Watch(run, [*kept, entrained] if erodes else kept, max_steps, max_wall, keeper)
     outcome = runge_kutta.REACHED
     for k, time in enumerate(moments[watch.passed :], watch.passed):
         if outcome != runge_kutta.AT_REST:
@@ -93,6 +96,8 @@ def simulate(
             if bad:
                 run = watch.rewind(begin(scene, run.end, arrival_depth, skip), moments)
             break
+        if erodes:
+            entrained[k] = run.entrained
         if frames:
             for field, values in zip(kept, run.state, strict=True):
                 if len(field):
@@ -100,7 +105,7 @@ def simulate(
     wall, cpu = watch.wall, watch.cpu
     came, left = run.ledger.T
     through_open = left[run.sides.kind == OPEN].sum()
-    record = run.maxima
+    record, deposit, eroded = run.maxima, run.state[0], run.eroded
     return Result(
         moments,
         depth,
@@ -110,8 +115,16 @@ def simulate(
         np.sqrt(record.speed_squared),
         record.momentum_flux,
         record.arrival,
-        run.state[0],
-        Ledger(released, float(came.sum()), float(left.sum()), run.volume, float(through_open)),
+        deposit,
+        Ledger(
+            released,
+            float(came.sum()),
+            float(left.sum()),
+            run.volume,
+            float(through_open),
+            run.entrained,
+            float((eroded * run.cell_area).sum()),
+        ),
         run.time,
         rest_time,
         int(run.progress.steps[0]),
@@ -120,6 +133,7 @@ def simulate(
         cpu,
         failure,
         moving_volume(run),
+        *((entrained, eroded, run.steepness * (deposit - eroded)) if erodes else ()),
     )
 
 

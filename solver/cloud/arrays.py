@@ -9,6 +9,7 @@ from solver.cloud.blocks import Activity, Blocks
 from solver.cloud.faces import Faces
 from solver.cloud.fluxes import CloudBuffers
 from solver.cloud.reconstruction import Gradient, Strain
+from solver.kernels.erosion import Erosion
 from solver.kernels.record import Record
 from solver.kernels.state import CloudBed, Fields, Material, Sides, Status
 
@@ -43,3 +44,4 @@ class CloudArrays(NamedTuple):
     activity: Activity
     buffers: CloudBuffers
     record: Record
+    erosion: Erosion

@@ -17,6 +17,7 @@ from solver.cloud.residual import cloud_stage
 from solver.cloud.status import classify_cloud
 from solver.cloud.time_stepping import advance_cloud
 from solver.kernels.earth_pressure import at_rest
+from solver.kernels.erosion import erosion_of
 from solver.kernels.record import Record, record_cells
 from solver.kernels.state import DRY, LANES, CloudBed, Fields, Status
 from solver.physics.resistance import Zoned
@@ -25,6 +26,7 @@ from solver.run import (
     Carried,
     Run,
     by_name,
+    erodible_depth,
     falling_rate,
     gravity_along_and_normal,
     state_of,
@@ -88,6 +90,11 @@ class CloudRun(Run):
         self.status = all_aligned(status)
         self.activity, self.buffers = activity_of(faces), cloud_buffers(faces)
         self.record = all_aligned(Record(*(np.full(faces.cells, a) for a in (0.0, 0.0, 0.0, np.nan))))
+        if scene.erodible_bed is not None:
+            available = np.pad(erodible_depth(scene), (0, spare))
+            self.erosion = erosion_of(
+                scene.erodible_bed, available, np.zeros_like(available), self.erosion.entrained
+            )
         self.rest_volume = scene.scheme.rest_share * self.volume
         record_cells(self.now, 0, self.count, self.material.dry, arrival_depth, self.record, self.progress)
 
@@ -112,6 +119,7 @@ class CloudRun(Run):
             activity=self.activity,
             buffers=self.buffers,
             record=self.record,
+            erosion=self.erosion,
         )
 
     def _advance(self, target: float, max_steps: int) -> int:
@@ -150,6 +158,11 @@ class CloudRun(Run):
     def volume(self) -> float:
         """Volume in the domain, m3."""
         return float(self.state[0] @ self.area[: self.count])
+
+    @property
+    def eroded(self) -> Array:
+        """Depth that has been eroded, a copy of shape (n,), m."""
+        return super().eroded if self.scene.erodible_bed is None else self.erosion.eroded[: self.count].copy()
 
     @property
     def maxima(self) -> Record:

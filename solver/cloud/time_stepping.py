@@ -8,6 +8,7 @@ from solver.cloud.blocks import spread_blocks
 from solver.cloud.residual import cloud_stage
 from solver.cloud.status import classify_cloud
 from solver.compiled import kernel
+from solver.kernels.erosion import erode_cell
 from solver.kernels.record import record_cells
 from solver.kernels.runge_kutta import (
     AT_REST,
@@ -29,6 +30,30 @@ def copy_runs(source: Fields, target: Fields, runs: Indices) -> None:
         target.h[start:stop] = source.h[start:stop]
         target.u[start:stop] = source.u[start:stop]
         target.v[start:stop] = source.v[start:stop]
+
+
+@kernel(fastmath=False)
+def erode(arrays: CloudArrays, state: Fields, dt: float) -> None:
+    """Let the cells that were not static at the start of a step erode, over its length, s.
+
+    ``state`` is that after the last stage.
+    """
+    bed, erosion = arrays.bed, arrays.erosion
+    for start, stop in arrays.activity.stepped_runs[: arrays.activity.counts[0]]:
+        for i in range(start, stop):
+            if arrays.status.static[i] != 0.0:
+                continue
+            h, u, v, more = erode_cell(
+                erosion,
+                i,
+                (state.h[i], state.u[i], state.v[i]),
+                (bed.along[i], 0.0, bed.normal[i]),
+                max(0.0, bed.normal[i] + bed.curvature[i] * (state.u[i] * state.u[i])),
+                dt,
+                arrays.material,
+            )
+            state.h[i], state.u[i], state.v[i] = h, u, v
+            erosion.entrained[0] += more * arrays.area[i]
 
 
 @kernel(as_source=True, cached=False)
@@ -72,6 +97,8 @@ def take_stage(
     out = one if k % 2 == 0 else two
     cloud_stage(arrays, source, out, part, share, dt, progress.ledger, k == 0)
     if k == len(SSP_RK3) - 1:
+        if arrays.erosion.available.size > 0:
+            erode(arrays, one, dt)
         runs = arrays.activity.stepped_runs[: arrays.activity.counts[0]]
         copy_runs(one, now, runs)
         copy_runs(one, two, runs)

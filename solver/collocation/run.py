@@ -108,6 +108,8 @@ class CollocationRun(Run):
 
     def __init__(self, scene: Scene, end: float, arrival_depth: float) -> None:
         scheme = scene.scheme
+        if scene.erodible_bed is not None:
+            raise ValueError("the collocation form knows no erodible bed, as it does not conserve volume")
         if not isinstance(scheme, Collocation):
             raise TypeError(f"a collocation run needs its scheme, not a {type(scheme).__name__}")
         if not isinstance(scene.friction, Coulomb):

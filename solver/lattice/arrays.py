@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.arrays import Array
+from solver.kernels.erosion import Erosion
 from solver.kernels.record import Record
 from solver.kernels.state import Bed, FaceValues, Fields, Fluxes, Grid, Material, Sides, Status
 from solver.lattice.spans import Spans
@@ -63,3 +64,4 @@ class LatticeArrays(NamedTuple):
     inner: NDArray[np.bool_]
     buffers: Buffers
     record: Record
+    erosion: Erosion

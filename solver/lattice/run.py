@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from solver.arrays import Array
 from solver.kernels import runge_kutta
 from solver.kernels.earth_pressure import at_rest
+from solver.kernels.erosion import erosion_of
 from solver.kernels.record import Record
 from solver.kernels.state import (
     AXIS,
@@ -38,6 +39,7 @@ from solver.run import (
     Carried,
     Run,
     by_name,
+    erodible_depth,
     falling_rate,
     gravity_along_and_normal,
     state_of,
@@ -82,12 +84,13 @@ class LatticeRun(Run):
         initial = state_of(scene)
         super().__init__(scene, initial[0], end, arrival_depth, indices=2)
         self.lattice = lattice
-        self.columns = self._columns()
+        self.columns, self.erodible = self._columns(), erodible_depth(scene)
         dry = self.material.dry
         # what comes in through a side may come anywhere along it
         driven = (self.sides.kind == DEPTH) & (self.sides.depth > dry)
         self.parameters = zoned_parameters(scene)
-        shown = initial if self.parameters is None else (*initial, *self.parameters)
+        shown = (*initial, *(() if self.parameters is None else self.parameters))
+        shown += () if scene.erodible_bed is None else (self.erodible,)
         self.part = Part(lattice.shape) if whole else self._needed(shown)
         room = self.part.room
         self._make(room if whole or driven.any() else around(initial[0] > 0, room, LEAST_GROWTH))
@@ -162,6 +165,10 @@ class LatticeRun(Run):
             np.ones(RING * n),
             Fields(*(roomy(n) for _ in range(3))),
         )
+        bed, entrained = self.scene.erodible_bed, self.erosion.entrained
+        if bed is not None:
+            self.erosion = erosion_of(bed, roomy(size), roomy(size), entrained)
+            self._inner(self.erosion.available)[...] = self.erodible[window.cut]
         depth, speed_squared, momentum_flux = np.zeros((3, ny * nx))
         self.record = Record(depth, speed_squared, momentum_flux, np.full(ny * nx, np.nan))
 
@@ -172,7 +179,10 @@ class LatticeRun(Run):
 
     def _grow(self) -> None:
         """Give the flow more room on the sides that it has come to."""
-        before, views = self.window, [self._inner(a) for a in (*self.now, *self.status)]
+        carried = [*self.now, *self.status]
+        if self.scene.erodible_bed is not None:
+            carried.append(self.erosion.eroded)
+        before, views = self.window, [self._inner(a) for a in carried]
         spans, record = self.spans, self.record
         stepped = spans.stepped[0] < spans.stepped[1]
         rows = np.flatnonzero(stepped)
@@ -189,7 +199,7 @@ class LatticeRun(Run):
         self._make(before.grown((south, north, west, east), self.part.room))
         down, right = before.south - self.window.south, before.west - self.window.west
         place = slice(down, down + ny), slice(right, right + nx)
-        for old, new in zip(views, (*self.now, *self.status), strict=True):
+        for old, new in zip(views, (*self.now, *self.status, self.erosion.eroded), strict=False):
             self._inner(new)[place] = old
         # of ghosts only the status lasts from step to step
         image = GHOSTS + (1 if self.window_sides.kind[2] == AXIS else 0)
@@ -220,6 +230,7 @@ class LatticeRun(Run):
             inner=self.inner,
             buffers=self.buffers,
             record=self.record,
+            erosion=self.erosion,
         )
 
     def _advance(self, target: float, max_steps: int) -> int:
@@ -276,6 +287,18 @@ class LatticeRun(Run):
             for values, outside in zip(self.record, (0.0, 0.0, 0.0, np.nan), strict=True)
         )
         return Record(depth, speed_squared, momentum_flux, arrival)
+
+    @property
+    def eroded(self) -> Array:
+        """Depth that has been eroded, a copy of shape (ny, nx), m."""
+        if self.scene.erodible_bed is None:
+            return super().eroded
+        return self._expanded(self.erosion.eroded)
+
+    @property
+    def entrained(self) -> float:
+        """Volume that the flow has taken up from the bed, m3."""
+        return self.part.rows * super().entrained
 
     @property
     def ledger(self) -> Array:

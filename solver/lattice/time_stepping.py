@@ -6,6 +6,7 @@ import math
 
 from solver.arrays import Indices
 from solver.compiled import kernel
+from solver.kernels.erosion import erode_cell
 from solver.kernels.record import Record, record_run
 from solver.kernels.runge_kutta import (
     AT_REST,
@@ -22,6 +23,7 @@ from solver.lattice.arrays import LatticeArrays
 from solver.lattice.residual import stage
 from solver.lattice.spans import comes_to, copy_surroundings, moving_volume_exceeds, spread
 from solver.lattice.status import classify
+from solver.lattice.symmetry import images
 
 # First and last row to be stepped, and number of cells.
 Rows = tuple[int, int, int]
@@ -54,6 +56,31 @@ def record_maxima(
     return True
 
 
+@kernel(fastmath=False)
+def erode(arrays: LatticeArrays, first: int, last: int, dt: float) -> None:
+    """Let the cells of some rows that were not static at the start of a step erode, over its length, s."""
+    now, bed, erosion, spans, m = arrays.now, arrays.bed, arrays.erosion, arrays.spans, arrays.grid.stride
+    area = arrays.grid.dx * arrays.grid.dy
+    for j in range(first, last + 1):
+        gained = 0.0
+        for c in range(spans.stepped[0, j], spans.stepped[1, j]):
+            i = j * m + c
+            if arrays.status.static[i] != 0.0:
+                continue
+            h, u, v, more = erode_cell(
+                erosion,
+                i,
+                (now.h[i], now.u[i], now.v[i]),
+                (bed.along[c], 0.0, bed.normal[c]),
+                max(0.0, bed.normal[c] + bed.curvature[c] * (now.u[i] * now.u[i])),
+                dt,
+                arrays.material,
+            )
+            now.h[i], now.u[i], now.v[i] = h, u, v
+            gained += more
+        erosion.entrained[0] += images(arrays.sides, j) * gained * area
+
+
 @kernel(as_source=True, cached=False)
 def begin_step(arrays: LatticeArrays, limits: Limits, progress: Progress) -> tuple[int, float, Rows]:
     """Find what is to be stepped, whether anything moves, and the largest wave rate, s-1."""
@@ -75,7 +102,7 @@ def begin_step(arrays: LatticeArrays, limits: Limits, progress: Progress) -> tup
 def take_stage(
     arrays: LatticeArrays, rows: Rows, k: int, part: float, share: float, dt: float, progress: Progress
 ) -> Rows:
-    """Take the k-th stage."""
+    """Take the k-th stage; what is eroded comes after the last."""
     now, one, two = arrays.now, arrays.first_stage, arrays.second_stage
     first, last, cells = rows
     if k == 0:
@@ -84,6 +111,8 @@ def take_stage(
     source = now if k == 0 else (one if k % 2 == 1 else two)
     out = now if k == len(SSP_RK3) - 1 else (one if k % 2 == 0 else two)
     stage(arrays, now, source, out, first, last, part, share, dt, progress.ledger)
+    if k == len(SSP_RK3) - 1 and arrays.erosion.available.size > 0:
+        erode(arrays, first, last, dt)
     progress.cell_stages[0] += cells
     return rows
 

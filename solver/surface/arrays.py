@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.arrays import Array
+from solver.kernels.erosion import Erosion
 from solver.kernels.record import Record
 from solver.kernels.state import Fields, Grid, Material, Sides
 from solver.lattice.arrays import Buffers
@@ -40,3 +41,4 @@ class SurfaceArrays(NamedTuple):
     inner: NDArray[np.bool_]
     buffers: Buffers
     record: Record
+    erosion: Erosion

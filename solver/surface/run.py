@@ -62,6 +62,11 @@ class SurfaceRun(LatticeRun):
         """Areas of the cells on the bed, shape (ny, nx), m2."""
         return self._area
 
+    @property
+    def steepness(self) -> Array:
+        """Vertical over normal depth on the bed, shape (ny, nx), dimensionless."""
+        return self._area / self.scene.points.cell_area
+
     def _columns(self) -> Bed:
         nothing = np.zeros_like(self.lattice.x_points)
         return Bed(nothing, nothing, nothing, nothing, nothing)
@@ -106,6 +111,7 @@ class SurfaceRun(LatticeRun):
             inner=self.inner,
             buffers=self.buffers,
             record=self.record,
+            erosion=self.erosion,
         )
 
     def _step(self, limits: Limits) -> int:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from solver.arrays import Array, Indices
 from solver.compiled import kernel
+from solver.kernels.erosion import erode_cell
 from solver.kernels.runge_kutta import (
     AT_REST,
     CONTINUE,
@@ -35,6 +36,35 @@ def empty_drains(now: Fields, metric: Metric, spans: Indices, grid: Grid, ledger
                 now.h[i] = now.u[i] = now.v[i] = 0.0
 
 
+@kernel(fastmath=False)
+def erode(arrays: SurfaceArrays, first: int, last: int, dt: float) -> None:
+    """Let the cells of some rows that were not static at the start of a step erode, over its length, s."""
+    now, metric, erosion, spans, m = (
+        arrays.now,
+        arrays.metric,
+        arrays.erosion,
+        arrays.spans,
+        arrays.grid.stride,
+    )
+    for j in range(first, last + 1):
+        for i in range(j * m + spans.stepped[0, j], j * m + spans.stepped[1, j]):
+            if arrays.static[i] != 0.0:
+                continue
+            u, v = now.u[i], now.v[i]
+            bend = metric.k_11[i] * (u * u) + metric.k_22[i] * (v * v) + 2.0 * metric.k_12[i] * (u * v)
+            h, u, v, more = erode_cell(
+                erosion,
+                i,
+                (now.h[i], u, v),
+                (metric.g_1[i], metric.g_2[i], metric.g_n[i]),
+                max(0.0, metric.g_n[i] + bend),
+                dt,
+                arrays.material,
+            )
+            now.h[i], now.u[i], now.v[i] = h, u, v
+            erosion.entrained[0] += more / metric.per_area[i]
+
+
 @kernel()
 def begin_step(arrays: SurfaceArrays, limits: Limits, progress: Progress) -> tuple[int, float, Rows]:
     """Find what is to be stepped, whether anything moves, and the largest wave rate, s-1."""
@@ -56,7 +86,7 @@ def begin_step(arrays: SurfaceArrays, limits: Limits, progress: Progress) -> tup
 def take_stage(
     arrays: SurfaceArrays, rows: Rows, k: int, part: float, share: float, dt: float, progress: Progress
 ) -> Rows:
-    """Take the k-th stage."""
+    """Take the k-th stage; what is eroded comes after the last."""
     now, one, two = arrays.now, arrays.first_stage, arrays.second_stage
     first, last, cells = rows
     if k == 0:
@@ -65,6 +95,8 @@ def take_stage(
     source = now if k == 0 else (one if k % 2 == 1 else two)
     out = now if k == len(SSP_RK3) - 1 else (one if k % 2 == 0 else two)
     stage(arrays, now, source, out, first, last, part, dt)
+    if k == len(SSP_RK3) - 1 and arrays.erosion.available.size > 0:
+        erode(arrays, first, last, dt)
     progress.cell_stages[0] += cells
     return rows
 

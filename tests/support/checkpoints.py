@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import copy
+from dataclasses import replace
 
 import numpy as np
 from scenes import SCENES
 
+from solver.physics.erosion import Egashira, ErodibleBed, GrowthRate, ShearStress
 from solver.physics.friction import Coulomb
 from solver.physics.terrain import Plane
 from solver.points.cloud import random_points
 from solver.points.lattice import Lattice
 from solver.scene import Collocation, Scene, WeightedResidual
+from solver.verification.surfaces import Inclined
 
 ARRAYS = (
     "depth",
@@ -51,6 +54,8 @@ def assert_same(one, two):
     )
     np.testing.assert_array_equal(one.rest_time, two.rest_time)
     assert one.failure == two.failure
+    for name in ("entrained", "erosion_depth", "bed_change"):
+        np.testing.assert_array_equal(getattr(one, name), getattr(two, name), name)
 
 
 def other(points, scheme):
@@ -59,8 +64,20 @@ def other(points, scheme):
     return Scene(points, Plane(25), depth, 0 * depth, 0 * depth, Coulomb(15), scheme=scheme)
 
 
+def eroding(case, law):
+    """The same on a bed that erodes, the deeper the farther along it."""
+    x = case.points.coordinates[0]
+    return replace(case, erodible_bed=ErodibleBed(0.02 * np.abs(x), law))
+
+
 CLOUD = random_points((0, 12), (-4, 4), 400, 5)
 CASES = SCENES | {
+    "erosion": (eroding(SCENES["several blobs"][0], GrowthRate(0.1)), 1.5),
+    "erosion on a cloud": (eroding(other(CLOUD, WeightedResidual()), ShearStress(critical_stress=10.0)), 1.0),
+    "erosion on a surface": (
+        eroding(replace(SCENES["several blobs"][0], terrain=Inclined(20.0, 25.0)), Egashira()),
+        1.5,
+    ),
     "cloud": (other(CLOUD, WeightedResidual()), 1.0),
     "collocation on a cloud": (other(CLOUD, Collocation()), 1.0),
     "collocation on a lattice": (other(Lattice((0, 12), (-4, 4), 0.5), Collocation()), 1.0),
