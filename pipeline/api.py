@@ -278,6 +278,7 @@ def hazard_maps(
     speed: Sequence[float] | None = None,
     momentum_flux: Sequence[float] | None = None,
     pressure: Sequence[float] | None = None,
+    erosion_depth: Sequence[float] | None = None,
     spacing: float | None = None,
     pictures: bool = True,
     tell: Tell = _silent,
@@ -292,8 +293,8 @@ def hazard_maps(
     to : path, optional
         Folder that the maps are written to: NetCDF and PNG, with a georeference also GeoTIFF and GeoPackage.
         By default nothing is written.
-    depth, speed, momentum_flux, pressure : sequence of float, optional
-        Thresholds (m, m s-1, m3 s-2, kPa) in place of those of the scenarios.
+    depth, speed, momentum_flux, pressure, erosion_depth : sequence of float, optional
+        Thresholds (m, m s-1, m3 s-2, kPa, m) in place of those of the scenarios.
     spacing : float, optional
         Of the lattice that clouds are brought to, m; by default their mean spacing.
     pictures : bool
@@ -320,7 +321,13 @@ def hazard_maps(
     from pipeline.hazard.map_files import write_maps
     from pipeline.hazard.mapping import WHOLE, of_place, write
 
-    given = {"depth": depth, "speed": speed, "momentum_flux": momentum_flux, "pressure": pressure}
+    given = {
+        "depth": depth,
+        "speed": speed,
+        "momentum_flux": momentum_flux,
+        "pressure": pressure,
+        "erosion_depth": erosion_depth,
+    }
     thresholds = {name: _positive(name, values) for name, values in given.items() if values is not None}
     if spacing is not None:
         _positive("spacing", [spacing])

@@ -14,7 +14,7 @@ from pipeline.assess.frames import mean_spacing, space
 from pipeline.assess.gridding import gridded
 from pipeline.store.variables import COMPUTED, RETURN_PERIOD, STATUS, WEIGHT, Status
 
-MAXIMA = ("max_depth", "max_speed", "max_momentum_flux", "arrival_time")
+MAXIMA = ("max_depth", "max_speed", "max_momentum_flux", "arrival_time", "erosion_depth")
 PLACES = ("x", "y", "elevation", "horizontal_distance")
 # runs whose values, and whose comparisons with thresholds, are held at once
 RUNS_AT_ONCE = 16

@@ -27,7 +27,7 @@ from pipeline.scenario.scenario import stored
 from pipeline.store import run_table
 from pipeline.store.place import store_paths
 from pipeline.store.storage import Location
-from pipeline.store.variables import STATUS, Status
+from pipeline.store.variables import SERIES, STATUS, Status
 from pipeline.store.zarr_store import open_store
 
 # how far a run came: of one that may have gone farther, the least
@@ -35,7 +35,8 @@ REACH = ("runout_distance", "drop_height")
 # of such a run, the most
 AT_MOST = ("reach_angle", "lowest_elevation")
 DEPOSIT = ("deposit_length", "deposit_width", "deposit_area", "deposit_volume", "deposit_max_depth")
-QUANTITIES = (*REACH, *AT_MOST, *DEPOSIT, "peak_depth", "peak_speed", "rest_time")
+EROSION = ("volume_entrained", "erosion_max_depth")
+QUANTITIES = (*REACH, *AT_MOST, *DEPOSIT, *EROSION, "peak_depth", "peak_speed", "rest_time")
 # what has a meaning on profiles alone, or on elevation models alone
 ON_PROFILE, ON_SURFACE = ("deposit_length", "deposit_width"), ("lowest_elevation",)
 AT_RECEPTORS = ("max_depth", "max_speed", "max_pressure", "arrival_time")
@@ -179,7 +180,8 @@ def behind(store: xr.Dataset) -> dict[str, object]:
 
 def quantiles(store: xr.Dataset) -> Iterator[dict[str, object]]:
     """Table quantiles of each quantity, a row each."""
-    left_out = ON_PROFILE if on_surface(store) else ON_SURFACE
+    left_out: tuple[str, ...] = ON_PROFILE if on_surface(store) else ON_SURFACE
+    left_out += () if SERIES[0].name in store.variables else EROSION
     for name in (each for each in QUANTITIES if each not in left_out):
         found = values(store, name).quantile(SHARES)
         words = map(in_words, found.lower.tolist(), found.estimate.tolist(), found.upper.tolist())

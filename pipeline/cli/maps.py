@@ -74,6 +74,7 @@ def hazard(
     speed: Thresholds = None,
     momentum_flux: Thresholds = None,
     pressure: Thresholds = None,
+    erosion_depth: Thresholds = None,
     spacing: Annotated[
         float | None, typer.Option(help="Of the lattice for clouds, m.", show_default="their mean spacing")
     ] = None,
@@ -81,9 +82,9 @@ def hazard(
 ) -> None:
     """Map the hazard of each scenario and of all together.
 
-    Shares of runs that exceed thresholds (depth in m, speed in m/s, momentum flux in m3/s2, pressure in kPa)
-    with their bounds, quantiles, arrival, intensity and level of hazard, as NetCDF and PNG; with a
-    georeference also as GeoTIFF, NetCDF and GeoPackage in its reference system.
+    Shares of runs that exceed thresholds (depth in m, speed in m/s, momentum flux in m3/s2, pressure in kPa,
+    depth of erosion in m) with their bounds, quantiles, arrival, intensity and level of hazard, as NetCDF and
+    PNG; with a georeference also as GeoTIFF, NetCDF and GeoPackage in its reference system.
     """
     from pipeline.cli.display import working
     from pipeline.store.storage import at_hand
@@ -95,6 +96,7 @@ def hazard(
         "speed": read_numbers("--speed", speed),
         "momentum_flux": read_numbers("--momentum-flux", momentum_flux),
         "pressure": read_numbers("--pressure", pressure),
+        "erosion_depth": read_numbers("--erosion-depth", erosion_depth),
     }
     with exit_on_errors(reading=True), working("hazard") as told:
         pipeline.hazard_maps(

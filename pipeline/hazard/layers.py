@@ -105,5 +105,5 @@ def _bounds(found: xr.Dataset, name: str) -> dict[str, xr.DataArray]:
 
 
 def _words(quantity: str) -> str:
-    words = {"pressure": "dynamic pressure"}.get(quantity, quantity.replace("_", " "))
-    return f"largest {words}"
+    words = {"pressure": "largest dynamic pressure", "erosion_depth": "depth of erosion"}
+    return words.get(quantity, f"largest {quantity.replace('_', ' ')}")

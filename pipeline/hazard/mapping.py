@@ -74,7 +74,10 @@ QUANTITIES = (
     Quantity("speed", "max_speed", "m s-1", "largest speed"),
     Quantity("momentum_flux", "max_momentum_flux", "m3 s-2", "largest momentum flux"),
     Quantity("pressure", "max_speed", "kPa", "largest dynamic pressure"),
+    Quantity("erosion_depth", "erosion_depth", "m", "depth of erosion"),
 )
+# of these quantiles are mapped where no threshold is asked for
+ALWAYS = ("depth", "speed", "erosion_depth")
 
 
 def map_hazard(runs: xr.Dataset, settings: Hazard) -> xr.Dataset:
@@ -134,7 +137,7 @@ def _quantity(quantity: Quantity, runs: xr.Dataset, settings: Hazard) -> xr.Data
         )
         about = {"long_name": f"threshold of the {quantity.long_name}", "units": quantity.units}
         found = found.assign_coords({dim: (dim, thresholds, about)})
-    if thresholds.size or quantity.name in ("depth", "speed"):
+    if thresholds.size or quantity.name in ALWAYS:
         for bound, values in quantiles(runs[quantity.field], settings.quantiles, runs).items():
             values = values**2 * settings.density / PASCALS if pressure else values
             name = f"quantile of the {quantity.long_name}{QUANTILE_NAMES[bound]}"

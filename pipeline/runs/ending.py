@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from pipeline.runs.summary import overrun
+from pipeline.runs.summary import overrun, whole
 from pipeline.store.variables import Status
 
 if TYPE_CHECKING:
     from solver.result import Result
 
-# Shares of the volume, released or come in. So little lost through open sides is a drop, and bounds nothing.
+# Shares of the volume, released, come in or entrained. So little lost through open sides is a drop.
 DROP = 1e-4
 # A run of which no more moves at its end is done: films of Voellmy friction creep on for ever. What moves is
 # faster than a Froude number of `solver.simulation.MOVING`.
@@ -22,7 +22,7 @@ def status(result: Result) -> Status:
     """Say what became of a run."""
     if result.failure is not None:
         return Status.FAILED
-    volume = result.ledger.released + result.ledger.inflow
+    volume = result.ledger.total
     lost = result.ledger.outflow_open > DROP * volume
     moving = result.moving_volume > MOVING_SHARE * volume
     if moving:
@@ -43,6 +43,6 @@ def reason(status: Status, row: Mapping[str, Any]) -> str:
     if status.is_overrun:
         said.append(f"{100 * overrun(row):.2g} % of the volume left the domain")
     if status.is_cut_off:
-        share = row["volume_moving"] / (row["volume_released"] + row["volume_in"])
+        share = row["volume_moving"] / whole(row)
         said.append(f"{100 * share:.2g} % of the volume still moves at {row['last_time']:g} s")
     return ", ".join(said) or str(row.get("failure_reason", ""))

@@ -78,6 +78,8 @@ def share(scenario: Scenario, runs: Iterable[Run]) -> SharedPoints:
     try:
         raster = None if scenario.ground is None else scenario.ground.raster
         shared = made(scenario.settings, scenario.points, runs, raster)
+        if scenario.ground is not None:
+            shared = replace(shared, depths=scenario.ground.depths)
     except ValueError as error:
         document = parse(scenario.text, str(scenario.path))
         found = f"expected points that fit, found {error}"

@@ -98,6 +98,7 @@ def build_scene(run: Run, shared: SharedPoints) -> Prepared:
         scheme=scheme,
         operators=shared.operators.get(key(points, scheme)),
         zones=solver_objects.zones(settings, points, run.outlines),
+        erodible_bed=solver_objects.erodible_bed(settings, points, terrain, run.outlines, shared.depths),
     )
     return Prepared(
         scene=scene,

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import pickle
-from collections.abc import Hashable, Iterable, Iterator
+from collections.abc import Hashable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
@@ -28,7 +28,8 @@ class SharedPoints:
 
     points : a lattice or a cloud. operators : what runs of a scheme need of them, by `solver.forms.key`.
     kinds : of the runs. threshold : depth above which a cell counts as reached, m; None where each run has
-    one by its own release. raster : the elevation model that they stand on, if they do.
+    one by its own release. raster : the elevation model that they stand on, if they do. depths : rasters of
+    erodible depth on it, by file.
     """
 
     points: Lattice | PointCloud
@@ -36,6 +37,7 @@ class SharedPoints:
     kinds: frozenset[Kind]
     threshold: float | None = None
     raster: ElevationRaster | None = None
+    depths: Mapping[str, ElevationRaster] = field(default_factory=dict)
 
 
 def made(

@@ -18,7 +18,7 @@ from pipeline.runs import ending, profile_ends
 from pipeline.runs.scene_of_run import Prepared
 from pipeline.runs.summary import summarise
 from pipeline.runs.surface_summary import summarise_on_surface
-from pipeline.store.variables import FIELDS, Status
+from pipeline.store.variables import FIELDS, SERIES, Status
 from solver.checks.plausibility import doubts
 from solver.physics.elevation import ElevationModel, edges_of, lifted_area
 from solver.physics.terrain import SlopeProfile
@@ -94,13 +94,18 @@ def _row(prepared: Prepared, result: Result, max_wall: float | None) -> dict[str
     """Values of a run by name of variable; a failed one has no summaries."""
     profile = profile_values(prepared)
     # a group holds the rows of all its runs until they are written
-    row: dict[str, Any] = {v.name: np.asarray(getattr(result, v.name), v.dtype) for v in FIELDS}
+    row: dict[str, Any] = {
+        v.name: np.asarray(held, v.dtype)
+        for v in (*FIELDS, *SERIES)
+        if (held := getattr(result, v.name)) is not None
+    }
     row |= profile
     row |= {
         "volume_asked": prepared.volume_asked,
         "volume_released": result.ledger.released,
         "volume_lost": prepared.volume_lost,
         "volume_in": result.ledger.inflow,
+        "volume_entrained": result.ledger.entrained,
         "volume_out": result.ledger.outflow,
         **ending.volumes(result),
         "volume_error": result.ledger.error,
@@ -117,6 +122,8 @@ def _row(prepared: Prepared, result: Result, max_wall: float | None) -> dict[str
             "failure_x": result.failure.x,
             "failure_y": result.failure.y,
         }
+    if result.erosion_depth is not None:
+        row["erosion_max_depth"] = float(result.erosion_depth.max())
     points = prepared.scene.points
     if "area" in profile and isinstance(points, Lattice):
         return row | summarise_on_surface(

@@ -16,11 +16,18 @@ Array = NDArray[np.float64]
 _ROUND_OFF = 1e-9
 
 
+def whole(row: Mapping[Any, Any]) -> float:
+    """All that has been in the flow of a run: the volume released, come in and entrained, m3."""
+    # a store that was made before has none that was entrained
+    entrained = row.get("volume_entrained", 0.0)
+    return float(row["volume_released"] + row["volume_in"] + (entrained if entrained > 0 else 0.0))
+
+
 def overrun(row: Mapping[Any, Any]) -> float:
-    """Share of the volume, released or come in, that left through open sides."""
+    """Share of all that has been in the flow that left through open sides."""
     # a store that was made before has what left through all sides alone
     lost = row.get("volume_out_open", row["volume_out"])
-    return float(lost / (row["volume_released"] + row["volume_in"]))
+    return float(lost / whole(row))
 
 
 def summarise(

@@ -30,10 +30,10 @@ STAGES = 3
 
 def variables(scenario: Scenario) -> tuple[Variable, ...]:
     """Variables on ``run`` of a scenario's store; the profile joins them where the terrain is swept."""
-    cloud = not isinstance(scenario.settings.points, LatticePoints)
-    if scenario.ground is not None:
-        return kept(list(scenario.settings.output.fields), surface=True)
-    return (*profile(scenario), *kept(list(scenario.settings.output.fields), cloud))
+    settings = scenario.settings
+    cloud, erodible = not isinstance(settings.points, LatticePoints), settings.erodible_bed is not None
+    surface = scenario.ground is not None
+    return (*profile(scenario), *kept(list(settings.output.fields), cloud, surface, erodible))
 
 
 def profile(scenario: Scenario) -> tuple[Variable, ...]:

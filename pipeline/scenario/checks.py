@@ -170,8 +170,8 @@ class _Judge:
             found = f"expected a domain, as the bed is steeper than friction everywhere and the flow {far}"
             related: tuple[Path, ...] = (("domain",), ("material",), ("terrain",), ("time",), ("release",))
             return [Problem(("domain",), found, related=related)]
-        problems = []
         extent = solver_objects.extent(settings)
+        problems = _erodible(settings, extent)
         for i, release in enumerate(solver_objects.releases(settings)):
             path: Path = ("release", i) if isinstance(settings.release, tuple) else ("release",)
             whole, part = _lost(replace(release, volume=None, velocity=(0.0, 0.0)), extent)
@@ -299,6 +299,23 @@ class _Judge:
                 self.files[name] = []
         found_before: T | list[Problem] = self.files[name]
         return found_before
+
+
+def _erodible(settings: Settings, extent: tuple[Pair, Pair]) -> list[Problem]:
+    """List what is wrong with where the bed of a slope profile is erodible."""
+    bed = settings.erodible_bed
+    if bed is None or bed.region is None:
+        return []
+    sides = zip((bed.region.x, bed.region.y), extent, strict=True)
+    if all(low < end and start < high for (low, high), (start, end) in sides):
+        return []
+    (x0, x1), (y0, y1) = settings.bounds.x, settings.bounds.y
+    found = (
+        f"expected an erodible bed inside the domain, x [{x0:g}, {x1:g}] and y [{y0:g}, {y1:g}], "
+        "found a region outside it"
+    )
+    path: Path = ("erodible_bed", "region")
+    return [Problem(path, found, related=(path, ("domain",)))]
 
 
 @lru_cache(maxsize=1024)

@@ -41,11 +41,13 @@ OUTSIDE = "expected a zone in the domain, found one outside, which changes nothi
 class Ground:
     """What the files of a scenario on an elevation model hold.
 
-    raster : the elevation model, around the domain. outlines : polygons by file and layer.
+    raster : the elevation model, around the domain. outlines : polygons by file and layer. depths :
+    rasters of erodible depth by file.
     """
 
     raster: ElevationRaster
     outlines: Outlines = field(default_factory=dict)
+    depths: Mapping[str, ElevationRaster] = field(default_factory=dict)
 
     @property
     def digests(self) -> dict[str, Any]:
@@ -54,7 +56,9 @@ class Ground:
             " ".join(filter(None, name)): _digest(held)
             for name, held in sorted(self.outlines.items(), key=str)
         }
-        return {"elevation": self.raster.digest, "polygons": found}
+        depths = {name: raster.digest for name, raster in sorted(self.depths.items())}
+        erodible = {"erodible_depth": depths} if depths else {}
+        return {"elevation": self.raster.digest, "polygons": found, **erodible}
 
 
 def _digest(held: tuple[Outline, ...]) -> str:
@@ -108,6 +112,7 @@ class GroundCheck:
         model = solver_objects.surface(terrain, raster)
         self._note(raster, model, spacing, domain)
         problems, read = [], dict(self.held.outlines if self.held else {})
+        depths = dict(self.held.depths if self.held else {})
         for i, release in enumerate(settings.releases):
             assert isinstance(release, PolygonsRelease)
             path: Path = ("release", i) if isinstance(settings.release, tuple) else ("release",)
@@ -134,7 +139,8 @@ class GroundCheck:
                 continue
             if not reaches(rings, domain.x, domain.y):
                 problems.append(Problem(path, f"{OUTSIDE} ({zone.file})", related=(path, ("domain",))))
-        self.held = Ground(raster, read)
+        problems += self._erodible(settings, raster, read, depths)
+        self.held = Ground(raster, read, depths)
         return settings, problems
 
     def receptors(self, settings: Settings) -> tuple[Receptor, ...] | Problem:
@@ -171,20 +177,66 @@ class GroundCheck:
         return tuple(inside)
 
     def _raster(self, terrain: ElevationTerrain, domain: Domain | None) -> ElevationRaster | Problem:
+        return self._read(terrain.elevation, terrain.crs, domain, ("terrain", "elevation"))
+
+    def _read(
+        self, name: str, crs: str | None, domain: Domain | None, path: Path
+    ) -> ElevationRaster | Problem:
         bounds: tuple[Pair, Pair] | tuple[None, None] = (None, None)
         if domain is not None:
             bounds = tuple((low - self._reach, high + self._reach) for low, high in (domain.x, domain.y))  # type: ignore[assignment]
-        key = terrain.elevation, terrain.crs, bounds
+        key = name, crs, bounds, path
         if key not in self._rasters:
-            file, path = self.folder / terrain.elevation, ("terrain", "elevation")
+            file = self.folder / name
             if not file.exists():
                 self._rasters[key] = Problem(path, f"expected a readable file, found none: {file}")
             else:
                 try:
-                    self._rasters[key] = elevation_raster.read(file, terrain.crs, *bounds)
+                    self._rasters[key] = elevation_raster.read(file, crs, *bounds)
                 except ElevationRasterError as error:
-                    self._rasters[key] = Problem(path, f"{error} ({terrain.elevation})")
+                    self._rasters[key] = Problem(path, f"{error} ({name})")
         return self._rasters[key]
+
+    def _erodible(
+        self,
+        settings: Settings,
+        raster: ElevationRaster,
+        read: dict[tuple[str, str | None], tuple[Outline, ...]],
+        depths: dict[str, ElevationRaster],
+    ) -> list[Problem]:
+        """Read the files of an erodible bed, and list what is wrong with them."""
+        bed, domain = settings.erodible_bed, settings.bounds
+        if bed is None:
+            return []
+        path: Path = ("erodible_bed",)
+        if bed.raster is not None:
+            at = (*path, "depth")
+            found = self._read(bed.raster, raster.crs, domain, at)
+            if isinstance(found, Problem):
+                return [found]
+            if found.crs != raster.crs:
+                expected = f"expected a raster in the reference system of the elevation model, {raster.crs}"
+                return [Problem(at, f"{expected}, found {found.crs} ({bed.raster})")]
+            if (low := float(np.nanmin(found.elevation))) < 0:
+                return [Problem(at, f"expected depths of at least 0, found {low:g} ({bed.raster})")]
+            depths[bed.raster] = found
+        if bed.polygons is not None:
+            held = self._polygons(bed.polygons, bed.layer, raster.crs, (*path, "polygons"))
+            if isinstance(held, Problem):
+                return [held]
+            read[bed.polygons, bed.layer] = held
+            try:
+                solver_objects.erodible_polygons(bed, held)
+            except ValueError as error:
+                return [Problem((*path, "polygons"), f"{error} ({bed.polygons})")]
+            lattice = Lattice(domain.x, domain.y, float(getattr(settings.points, "spacing")))  # noqa: B009
+            if not any(
+                polygon_shares(outline.rings, lattice).any() for outline in solver_objects.chosen(bed.name, held)
+            ):
+                bounds = "x [{:.12g}, {:.12g}] and y [{:.12g}, {:.12g}]".format(*domain.x, *domain.y)
+                wanted = f"expected an erodible bed in the domain, {bounds}"
+                return [Problem((*path, "polygons"), f"{wanted}, found polygons outside ({bed.polygons})")]
+        return []
 
     def _domain(self, settings: Settings, raster: ElevationRaster, spacing: float) -> Domain | Problem:
         """Give the domain asked for, or all of the elevation model, in whole cells.
@@ -297,7 +349,10 @@ class GroundCheck:
 
 
 def of_run(settings: Settings, outlines: Mapping[tuple[str, str | None], tuple[Outline, ...]]) -> Outlines:
-    """Pick the polygons that the releases and zones of a run are made of, by file and layer."""
+    """Pick the polygons that the releases, zones and erodible bed of a run are made of, by file and layer."""
     wanted = [(each.polygons, each.layer) for each in settings.releases if isinstance(each, PolygonsRelease)]
     wanted += [(zone.file, zone.layer) for zone in settings.zones if zone.file is not None]
+    bed = settings.erodible_bed
+    if bed is not None and bed.polygons is not None:
+        wanted.append((bed.polygons, bed.layer))
     return {key: outlines[key] for key in dict.fromkeys(wanted)}

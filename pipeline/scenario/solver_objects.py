@@ -10,15 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.settings import points as points_settings
+from pipeline.settings.erodible_bed import ErodibleBed as ErodibleSettings
 from pipeline.settings.generated import Generated
 from pipeline.settings.physics import MaterialLaws
 from pipeline.settings.surface import ElevationTerrain, PolygonsRelease
 from solver.physics.earth_pressure import EarthPressure
 from solver.physics.elevation import ElevationModel
+from solver.physics.erosion import ErodibleBed
 from solver.physics.friction import Friction
 from solver.physics.terrain import SlopeProfile
 from solver.physics.terrain_table import Table
 from solver.points.lattice import Lattice
+from solver.release.erodible import Rings, erodible_on_profile, erodible_on_surface
 from solver.release.initial_state import Laid, initial_state
 from solver.release.polygons import PolygonRelease, ring_area, surface_state
 from solver.release.shapes import Release
@@ -197,6 +200,70 @@ def laid(
         return initial_state(releases(settings), points)
     assert isinstance(points, Lattice)
     return surface_state(outlined(settings, outlines), points, ground)
+
+
+def erodible_polygons(bed: ErodibleSettings, outlines: Sequence[Outline]) -> list[tuple[Rings, float]]:
+    """Give the polygons of an erodible bed, each with its depth, m; 1 where the bed has one of its own.
+
+    Raises
+    ------
+    ValueError
+        If none has the name asked for, or one has no depth and the bed has none.
+    """
+    found: list[tuple[Rings, float]] = []
+    for outline in chosen(bed.name, outlines):
+        depth = outline.attributes.get("depth") if bed.depth is None else 1.0
+        if isinstance(depth, bool) or not isinstance(depth, int | float) or not depth >= 0:
+            held = f"'{outline.name}'" if depth is None else f"'{outline.name}' with depth {depth}"
+            wanted = "expected depth, or an attribute depth of each polygon of at least 0"
+            raise ValueError(f"{wanted}, found {held}")
+        found.append((outline.rings, float(depth)))
+    return found
+
+
+def erodible_bed(
+    settings: Settings,
+    points: Lattice | PointCloud,
+    terrain: SlopeProfile | ElevationModel,
+    outlines: Outlines | None = None,
+    depths: Mapping[str, ElevationRaster] | None = None,
+) -> ErodibleBed | None:
+    """Lay the erodible bed of a run on its points, if it has one.
+
+    Parameters
+    ----------
+    outlines : mapping, optional
+        Polygons by file and layer.
+    depths : mapping, optional
+        Rasters of depth by file.
+
+    Raises
+    ------
+    ValueError
+        If polygons lack what they need.
+    """
+    bed = settings.erodible_bed
+    if bed is None:
+        return None
+    vertical = bed.measured == "vertical"
+    if isinstance(terrain, SlopeProfile):
+        assert isinstance(bed.depth, float | int)
+        region = None if bed.region is None else (bed.region.x, bed.region.y)
+        depth = erodible_on_profile(bed.depth, points, terrain, region, vertical=vertical)
+        return ErodibleBed(depth, bed.erosion_law(), bed.limits)
+    assert isinstance(points, Lattice)
+    given: float | ElevationModel | None = None
+    if bed.raster is not None:
+        raster = (depths or {})[bed.raster]
+        given = ElevationModel(raster.x, raster.y, raster.elevation, None)
+    elif bed.depth is not None:
+        assert not isinstance(bed.depth, str)
+        given = bed.depth
+    polygons = None
+    if bed.polygons is not None:
+        polygons = erodible_polygons(bed, (outlines or {})[bed.polygons, bed.layer])
+    depth = erodible_on_surface(given, points, terrain, polygons, vertical=vertical)
+    return ErodibleBed(depth, bed.erosion_law(), bed.limits)
 
 
 def slope(terrain: Generated | ElevationTerrain, table: ElevationTable | None = None) -> SlopeProfile:

@@ -124,6 +124,9 @@ class Hazard(Section):
     pressure: Thresholds = key(
         "thresholds of the largest dynamic pressure, density times speed squared", "kPa", ()
     )
+    erosion_depth: Thresholds = key(
+        "thresholds of the depth of erosion, where the scenario has an erodible bed", "m", (0.5, 1.0)
+    )
     quantiles: tuple[Share, ...] = key("quantiles that are mapped", default=(0.5, 0.9))
     outlines: tuple[Annotated[float, Field(gt=0, lt=1)], ...] = key(
         "shares of runs whose outlines are written, for each threshold", default=(0.1, 0.5, 0.9)

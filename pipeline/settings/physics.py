@@ -29,7 +29,7 @@ from pipeline.settings.surface import ElevationTerrain, PolygonsRelease
 from pipeline.settings.zones import Zone
 from solver import scheme
 from solver.parameters import parameters
-from solver.physics import earth_pressure, friction, terrain, terrain_table
+from solver.physics import earth_pressure, erosion, friction, terrain, terrain_table
 from solver.release import shapes
 
 _PRESSURES = {tag(law): law for law in earth_pressure.LAWS}
@@ -50,9 +50,10 @@ _TABLE = section_with(
 )
 _PROFILES = [*(section_of(each, "profile") for each in terrain.PROFILES), _TABLE]
 _SHAPES = [section_of(each, "shape") for each in shapes.SHAPES]
-# what laws of friction have in common with others of the flow
-_OF_MATERIAL = ("density",)
-_FRICTION = [section_of(each, "law", without=_OF_MATERIAL) for each in friction.LAWS]
+# what laws of friction and of erosion have in common with others of the flow
+OF_MATERIAL = ("density",)
+_FRICTION = [section_of(each, "law", without=OF_MATERIAL) for each in friction.LAWS]
+_EROSION = [section_of(each, "model", without=OF_MATERIAL) for each in erosion.LAWS]
 _SECTIONS = [section_of(terrain.Segment)]
 _SCHEMES = [section_of(each, "form", default=i == 0) for i, each in enumerate(scheme.SCHEMES)]
 
@@ -101,7 +102,7 @@ class MaterialLaws(FlatSection):
 
     def _named(self, named: Generated) -> friction.Friction:
         """Make the law of friction of a section of its own, with what the material holds of it."""
-        here = [each.name for each, _ in parameters(named.source) if each.name in _OF_MATERIAL]
+        here = [each.name for each, _ in parameters(named.source) if each.name in OF_MATERIAL]
         law: friction.Friction = named.make(**{name: getattr(self, name) for name in here})
         if law.needs_density and getattr(self, "density") is None:  # noqa: B009
             found = f"expected a density with friction {tag(type(law))}, found nothing"
@@ -143,7 +144,7 @@ def _material() -> type[MaterialLaws]:
             key("law of earth pressure", default=next(iter(_PRESSURES)), choices=choices),
         ),
         **_SHORTHAND,
-        **{name: keys_of(friction.Bingham)[name] for name in _OF_MATERIAL},
+        **{name: keys_of(friction.Bingham)[name] for name in OF_MATERIAL},
         "friction": (
             union_of("law", _FRICTION) | None,
             key(
@@ -165,7 +166,7 @@ def _material() -> type[MaterialLaws]:
     model = create_model(
         "Material", __base__=MaterialLaws, __doc__=MaterialLaws.__doc__, __module__=__name__, **keys
     )
-    model.alternatives = alternatives_of(friction.Coulomb) | {"friction", "zones", *_OF_MATERIAL}
+    model.alternatives = alternatives_of(friction.Coulomb) | {"friction", "zones", *OF_MATERIAL}
     return model
 
 
@@ -173,15 +174,17 @@ if TYPE_CHECKING:
     AnyTerrain: TypeAlias = Generated | ElevationTerrain
     AnyRelease: TypeAlias = Generated | PolygonsRelease
     AnyScheme: TypeAlias = Generated
+    AnyErosionLaw: TypeAlias = Generated
     Material: TypeAlias = MaterialLaws
 else:
     AnyTerrain = union_of("profile", [*_PROFILES, ElevationTerrain], implied={"elevation": "elevation"})
     AnyRelease = union_of("shape", [*_SHAPES, PolygonsRelease], implied={"polygons": "polygons"})
+    AnyErosionLaw = union_of("model", _EROSION)
     AnyScheme = union_of("form", _SCHEMES, default=kind(_SCHEMES[0]))
     Material = _material()
     # pickle finds sections by their names
     globals().update(
-        {each.__name__: each for each in (*_SECTIONS, *_PROFILES, *_SHAPES, *_FRICTION, *_SCHEMES)}
+        {each.__name__: each for each in (*_SECTIONS, *_PROFILES, *_SHAPES, *_FRICTION, *_EROSION, *_SCHEMES)}
     )
 
 DEFAULT_SCHEME = _SCHEMES[0]()

@@ -7,6 +7,8 @@ from typing import Annotated, Any, Literal, get_args
 
 from pydantic import Discriminator, Field, Tag, model_validator
 
+from pipeline.settings import erodible_bed
+from pipeline.settings.erodible_bed import ErodibleBed
 from pipeline.settings.generated import tag
 from pipeline.settings.hazard import Georeference, Hazard
 from pipeline.settings.physics import DEFAULT_SCHEME, AnyRelease, AnyScheme, AnyTerrain, Material
@@ -22,7 +24,7 @@ from solver.scheme import Collocation
 
 FieldName = Literal[
     "depth", "velocity_x", "velocity_y", "max_depth", "max_speed", "max_momentum_flux", "arrival_time",
-    "deposit_depth",
+    "deposit_depth", "erosion_depth", "bed_change",
 ]  # fmt: skip
 MOST_FRAMES = 100_000
 FIELDS: tuple[FieldName, ...] = get_args(FieldName)
@@ -112,7 +114,7 @@ class Output(Section):
     """What is kept."""
 
     fields: Annotated[tuple[FieldName, ...], Field(min_length=1)] = key(
-        "fields kept in the store. Default: all", default=FIELDS
+        "fields kept in the store. Default: all; the last two with an erodible bed alone", default=FIELDS
     )
     threshold: Positive | None = key(
         "depth above which a cell counts as reached or as deposit. Default: 1 % of the largest release depth",
@@ -194,6 +196,9 @@ class Settings(Section):
     points: Points = key("layout of the points")
     release: OneOrMany = key("what is released, one shape or a list of them")
     material: Material = key("friction and earth pressure")
+    erodible_bed: ErodibleBed | None = key(
+        "what the flow may take up from its bed. Default: nothing", default=None
+    )
     boundaries: Boundaries = key("what stands at each side", default=Boundaries())
     scheme: AnyScheme = key("numerical choices", default=DEFAULT_SCHEME)
     time: Time = key("duration and frames", default=Time())
@@ -240,7 +245,7 @@ class Settings(Section):
 
     @model_validator(mode="after")
     def _fits_terrain(self) -> Settings:
-        error = unfit(self)
+        error = unfit(self) or erodible_bed.unfit(self)
         if error is not None:
             raise error
         for i, zone in enumerate(self.zones):

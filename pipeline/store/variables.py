@@ -158,6 +158,32 @@ FIELDS = (
     ),
     Variable("arrival_time", CELL, "float32", "s", "time at which the flow first arrives"),
     Variable("deposit_depth", CELL, "float32", "m", "depth of the last good state"),
+    Variable(
+        "erosion_depth",
+        CELL,
+        "float32",
+        "m",
+        "depth eroded normal to the bed until the last good state; with an erodible bed only",
+    ),
+    Variable(
+        "bed_change",
+        CELL,
+        "float32",
+        "m",
+        "change of the ground's elevation, deposit_depth less erosion_depth measured vertically; with an "
+        "erodible bed only",
+    ),
+)
+# what a store holds of runs on an erodible bed alone
+ERODED = ("erosion_depth", "bed_change")
+SERIES = (
+    Variable(
+        "entrained",
+        ("run", "time"),
+        "float64",
+        "m3",
+        "volume that the flow has taken up from its bed; with an erodible bed only",
+    ),
 )
 
 SUMMARIES = (
@@ -179,6 +205,7 @@ SUMMARIES = (
         "horizontal distance from the crown of the release to the farthest cell that the flow reached",
     ),
     _scalar("lowest_elevation", "m", "lowest elevation that the flow reached; on elevation models only"),
+    _scalar("erosion_max_depth", "m", "largest depth eroded anywhere; with an erodible bed only"),
     _scalar("peak_depth", "m", "largest depth anywhere, over all time steps"),
     _scalar("peak_speed", "m s-1", "largest speed anywhere, over all time steps"),
 )
@@ -188,10 +215,15 @@ VOLUMES = (
     _scalar("volume_released", "m3", "volume of the release on the points"),
     _scalar("volume_lost", "m3", "volume of the release outside the domain, never on the points"),
     _scalar("volume_in", "m3", "volume that came in through the boundaries"),
+    _scalar("volume_entrained", "m3", "volume that the flow took up from its bed"),
     _scalar("volume_out", "m3", "volume that left through the boundaries"),
     _scalar("volume_out_open", "m3", "volume that left through open sides"),
     _scalar("volume_moving", "m3", "volume that still moves in the last good state"),
-    _scalar("volume_error", "1", "error of the volume ledger relative to the volume released and come in"),
+    _scalar(
+        "volume_error",
+        "1",
+        "error of the volume ledger relative to the volume released, come in and entrained",
+    ),
 )
 
 COSTS = (
@@ -218,7 +250,9 @@ DIGEST = _text("digest", "SHA-256 of the run's status and values, times of compu
 
 TIMINGS = frozenset({"wall_time", "cpu_time"})
 # Left out of a digest where they are 0 or missing, so that a run has the digest it had without them.
-LATER = frozenset({"volume_out_open", "volume_moving", "lowest_elevation"})
+LATER = frozenset(
+    {"volume_out_open", "volume_moving", "lowest_elevation", "volume_entrained", "erosion_max_depth"}
+)
 
 PER_RUN = (*VOLUMES, *SUMMARIES, *COSTS, *WARNINGS, *FAILURES)
 
@@ -277,10 +311,12 @@ def coordinates(cloud: bool = False, surface: bool = False) -> tuple[Variable, .
     return (*(v.on_cloud() for v in COORDINATES), AREA) if cloud else COORDINATES
 
 
-def kept(fields: list[str] | None = None, cloud: bool = False, surface: bool = False) -> tuple[Variable, ...]:
+def kept(
+    fields: list[str] | None = None, cloud: bool = False, surface: bool = False, erodible: bool = True
+) -> tuple[Variable, ...]:
     """Variables on ``run`` in the order they are written; ``fields`` narrows those over the cells.
 
-    ``digest`` and then ``status`` come last.
+    ``digest`` and then ``status`` come last. Without an erodible bed what only runs on one have is left out.
 
     Raises
     ------
@@ -290,7 +326,10 @@ def kept(fields: list[str] | None = None, cloud: bool = False, surface: bool = F
     names = {v.name for v in FIELDS}
     if fields is not None and (unknown := sorted(set(fields) - names)):
         raise ValueError(f"not a field: {', '.join(unknown)}; there are {', '.join(sorted(names))}")
-    chosen = tuple(v for v in FIELDS if fields is None or v.name in fields)
+    chosen = tuple(
+        v for v in FIELDS if (fields is None or v.name in fields) and (erodible or v.name not in ERODED)
+    )
+    chosen += SERIES if erodible else ()
     if surface:
         return (*(v.on_surface() for v in (*chosen, *PER_RUN)), DIGEST, STATUS)
     return (*(v.on_cloud() if cloud else v for v in chosen), *PER_RUN, DIGEST, STATUS)

@@ -14,8 +14,8 @@ from solver.points.lattice import Lattice
 from solver.result import Result
 from solver.scene import Collocation, Scene
 
-# Shares of the volume released and come in: what the collocation form may make or lose, what may lie below
-# a depth of zero, and what may be so thin at the end that it counts as dry.
+# Shares of the volume released, come in and entrained: what the collocation form may make or lose, what may
+# lie below a depth of zero, and what may be so thin at the end that it counts as dry.
 COLLOCATION_LEDGER, BELOW_ZERO, TOO_THIN = 1e-3, 1e-3, 1e-2
 
 
@@ -26,11 +26,13 @@ def doubts(scene: Scene, result: Result) -> Iterator[str]:
     that the flow reached.
     """
     ledger, h = result.ledger, result.deposit_depth
-    total = ledger.released + ledger.inflow
+    total = ledger.total
     if not total > 0:
         return
     if not abs(ledger.error) <= (COLLOCATION_LEDGER if isinstance(scene.scheme, Collocation) else LEDGER):
         yield f"the ledger of volume is off by {ledger.error:.2g}"
+    if not abs(ledger.bed_error) <= LEDGER:
+        yield f"what the bed lost differs from what the flow took up by {ledger.bed_error:.2g} of the volume"
     surface = scene.terrain if isinstance(scene.terrain, Surface) else None
     if surface is not None and isinstance(scene.points, Lattice):
         edges = (edges_of(a, scene.points.dx) for a in (scene.points.x_points, scene.points.y_points))

@@ -106,7 +106,8 @@ class Uniform:
         """
 
         def left(_: float, state: Array) -> float:
-            return self.most(*state) - (state[0] - self.depth)
+            h, u = map(float, state)
+            return self.most(h, u) - (h - self.depth)
 
         left.terminal, left.direction = True, -1.0  # type: ignore[attr-defined]
         options = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-13, "max_step": time / 200}
