@@ -1,4 +1,4 @@
-"""The surface of the shipped torrent scenario, with its release outlines and buildings, made from a seed.
+"""The surface of the shipped torrent scenario, with its releases, buildings and loose bed, made from a seed.
 
 ``python -m pipeline.studies.torrent_terrain scenarios/torrent`` writes them: a catchment that a gully drains,
 a channel below it, and a fan with houses. No real place has this shape.
@@ -33,6 +33,8 @@ RELEASES = (
     ("slide", 1.2, ((120, 395), (185, 428), (232, 420), (238, 382), (190, 360), (132, 366))),
     ("niche", 0.8, ((95, 300), (150, 318), (172, 296), (150, 268), (104, 272))),
 )
+# reaches of loose bed in the gully: name, depth, from and to, half of their breadth, m
+REACHES = (("upper", 1.5, 260.0, 620.0, 7.0), ("lower", 0.8, 620.0, 880.0, 6.0))
 
 
 def channel(x: Array) -> Array:
@@ -64,14 +66,14 @@ def elevation(x: Array, y: Array, seed: int = SEED) -> Array:
 
 
 def write(folder: Path, seed: int = SEED) -> list[Path]:
-    """Write the elevation model, the release outlines and the buildings; give their paths."""
+    """Write the elevation model, the outlines of releases, buildings and loose bed; give their paths."""
     import rasterio
     from rasterio.transform import from_origin
 
     x, y = np.arange(SPACING / 2, LENGTH, SPACING), np.arange(SPACING / 2, WIDTH, SPACING)
     folder.mkdir(parents=True, exist_ok=True)
     z = np.round(elevation(x, y, seed), 2).astype(np.float32)[::-1]
-    paths = [folder / name for name in ("terrain.tif", "releases.gpkg", "buildings.gpkg")]
+    paths = [folder / name for name in ("terrain.tif", "releases.gpkg", "buildings.gpkg", "bed.gpkg")]
     about = {"count": 1, "height": len(y), "width": len(x), "dtype": "float32", "nodata": -9999.0, "crs": CRS}
     place = from_origin(WEST, SOUTH + WIDTH, SPACING, SPACING)
     packed = {"compress": "deflate", "predictor": 3, "zlevel": 9}
@@ -84,7 +86,16 @@ def write(folder: Path, seed: int = SEED) -> list[Path]:
         for _, (a, b), (w, d) in HOUSES
     ]
     _polygons(paths[2], "buildings", boxes, [name for name, _, _ in HOUSES])
+    reaches = [_along(start, stop, half) for _, _, start, stop, half in REACHES]
+    _polygons(paths[3], "bed", reaches, [name for name, *_ in REACHES], [depth for _, depth, *_ in REACHES])
     return paths
+
+
+def _along(start: float, stop: float, half: float) -> Array:
+    """Outline of the channel's bed between two eastings, (n, 2), m; ``half`` of its breadth."""
+    x = np.linspace(start, stop, 1 + round((stop - start) / 20))
+    y = channel(x)
+    return np.concatenate([np.stack([x, y - half], 1), np.stack([x, y + half], 1)[::-1]])
 
 
 def _polygons(
