@@ -45,7 +45,8 @@ class State(NamedTuple):
     """A state of a run.
 
     h, u, v : depth (m) and velocity (m s-1), of the shape of the points. time : s. ledger : volumes that came
-    in and left through each side so far, (4, 2), m3.
+    in and left through each side so far, (4, 2), m3. eroded : depth that the bed has lost, of the shape of
+    the points or 0, m. entrained : volume that the flow has taken up, m3.
     """
 
     h: Array
@@ -53,11 +54,13 @@ class State(NamedTuple):
     v: Array
     time: float
     ledger: Array
+    eroded: Array | float = 0.0
+    entrained: float = 0.0
 
 
 def state_of_run(run: Run) -> State:
     """Copy the state of a run."""
-    return State(*run.state, run.time, run.ledger.copy())
+    return State(*run.state, run.time, run.ledger.copy(), run.eroded, run.entrained)
 
 
 class Check(NamedTuple):
@@ -238,6 +241,21 @@ class Laws:
         """Kinetic energy."""
         return self.total(state.h * (state.u**2 + state.v**2)) / 2
 
+    def lift(self, state: State) -> float:
+        """Most that lifting the flow by what it has taken up can have added to its energy."""
+        return self.pressure * self.deepest * state.entrained
+
+    def unresolved_of(self, state: State) -> float:
+        """Work of gravity over a spacing, on all that is in the flow."""
+        share = state.entrained / self.released if self.released > 0 else 0.0
+        return self.unresolved * (1.0 + share)
+
+    def overtaken(self, state: State) -> float:
+        """Depth that is eroded beyond what there is, or less than none, m."""
+        bed = self.scene.erodible_bed
+        most: Array | float = 0.0 if bed is None else bed.depth
+        return float(np.max(np.maximum(state.eroded - most, -np.asarray(state.eroded))))
+
     @property
     def has_potential(self) -> bool:
         """Whether pressure and gravity have a potential: on a plane, K = 1, and nothing coming in."""
@@ -266,18 +284,22 @@ class Laws:
             return [Check("values are finite", np.inf, 0.0)]
         self.deepest = max(self.deepest, float(state.h.max()))
         came, left = state.ledger.sum(axis=0)
-        error = abs(self.total(state.h) - self.released - came + left) / max(self.released + came, 1e-300)
+        volume = self.released + came + state.entrained
+        error = abs(self.total(state.h) - volume + left) / max(volume, 1e-300)
+        of_bed = abs(self.total(state.eroded + 0.0 * self.area) - state.entrained) / max(volume, 1e-300)
         speed = float(np.hypot(state.u, state.v)[state.h > self.dry].max(initial=0.0))
         limit = self.speed_limit(state.time)
         through = float((state.ledger[:, 0] - state.ledger[:, 1]) @ self.at_sides)
-        drop = self.height + through - self.total(state.h * self.potential)
+        drop = self.height + through - self.total((state.h - state.eroded) * self.potential)
         inflow = came * (limit**2 / 2 + self.pressure * self.given)
-        allowed = self.kinetic + self.pressed + inflow + drop + self.unresolved
+        allowed = self.kinetic + self.pressed + inflow + drop + self.unresolved_of(state) + self.lift(state)
         excess = self.kinetic_of(state) / allowed if allowed > 0 else self.kinetic_of(state)
         return [
             Check("values are finite", 0.0, 0.0),
             Check("depth is not negative", -float(state.h.min()), 0.0),
             Check("ledger of volume", error, LEDGER),
+            Check("the bed loses what the flow takes up", of_bed, LEDGER),
+            Check("no more is taken up than there is", self.overtaken(state), 0.0),
             Check("kinetic energy has a source", excess, 1.0 + ROUND_OFF),
             Check("speed has a source", speed / limit if limit > 0 else speed, SPEED),
         ]
@@ -292,9 +314,11 @@ class Laws:
             checks.append(Check("no film sets the step", STEP * cfl / (rate * dt), 1.0))
         if self.has_potential:
             energy, grown = self.energy(before), self.energy(after)
-            height = self.total((before.h - after.h) * self.potential)
+            flow = (before.h - after.h) - (before.eroded - after.eroded)
+            # what is taken up lifts what lies above it, as the bed keeps its shape
+            height = self.total(flow * self.potential) + self.lift(after) - self.lift(before)
             own = self.kinetic + self.pressed + self.kinetic_of(before)
-            slack = GROWTH * self.coarseness * own + FALL * self.unresolved
+            slack = GROWTH * self.coarseness * own + FALL * self.unresolved_of(before)
             checks.append(Check("energy grows by gravity's work", (grown - energy - height) / slack, 1.0))
         if self.scene.friction.comes_to_rest:
             held = self.held(before)

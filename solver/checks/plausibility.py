@@ -83,5 +83,8 @@ def laws_of_speed(scene: Scene) -> Laws:
         points = Lattice(points.x, (0.0, spacing), spacing)
         moving = np.where(h > scene.scheme.wet_limit * h.max(), speed, 0.0)
         h, speed = (np.broadcast_to(a.max(axis=0), points.shape) for a in (h, moving))
-    reduced = replace(scene, points=points, depth=h, velocity_x=speed, velocity_y=0.0 * speed)
+    # what is taken up was at rest, and is not faster than what takes it up
+    reduced = replace(
+        scene, points=points, depth=h, velocity_x=speed, velocity_y=0.0 * speed, erodible_bed=None
+    )
     return Laws(reduced, State(h, speed, reduced.velocity_y, 0.0, np.zeros((4, 2))), 1.0)

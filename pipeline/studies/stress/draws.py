@@ -16,6 +16,7 @@ Generator = np.random.Generator
 
 DIGITS = 4
 DENSITY = 2000.0
+EROSION = ("growth-rate", "shear-stress", "shear-work", "egashira", "jump-condition")
 FILM_HEIGHT = 1e-3
 
 
@@ -168,6 +169,41 @@ def draw_law(rng: Generator, gravity: float, height: float, terrain: Data) -> Da
     if name == "bingham":
         law["form"] = chosen(rng, {"exact": 0.6, "linear": 0.4})
     return {"density": DENSITY, "earth_pressure": "isotropic", "friction": {"law": name, **law}}
+
+
+def draw_erosion(
+    rng: Generator, gravity: float, height: float, radius: float, length: float
+) -> tuple[Data, str]:
+    """Draw an erodible bed on the scale of a flow, and name its law."""
+    waves, stress = math.sqrt(gravity * height), DENSITY * gravity * height
+    model = chosen(rng, dict.fromkeys(EROSION, 1.0))
+    law: Data = {"model": model}
+    if model == "growth-rate":
+        law["growth"] = rounded(log_uniform(rng, 0.01, 1.0) / radius)
+    elif model == "shear-stress":
+        law["rate"] = rounded(waves * log_uniform(rng, 1e-3, 1.0))
+        law["critical_stress"] = rounded(stress * rng.uniform(0.0, 0.5))
+        law["depth_per_stress"] = rounded(height / stress * log_uniform(rng, 0.05, 2.0))
+        law["stress"] = "friction" if rng.random() < 0.5 else "depth-slope"
+    elif model == "shear-work":
+        law["erosion_energy"] = rounded(gravity * height * log_uniform(rng, 0.5, 50.0))
+    elif model == "egashira":
+        law["concentration"], law["bed_angle"] = rounded(rng.uniform(0.1, 0.6)), rounded(rng.uniform(20, 45))
+    else:
+        law["strength_coefficient"] = rounded(rng.uniform(0.0, 0.5))
+        law["bed_cohesion"] = rounded(stress * rng.uniform(0.0, 0.1))
+    bed: Data = {"depth": rounded(height * log_uniform(rng, 0.02, 3.0)), "law": law}
+    if rng.random() < 0.5:
+        start = rng.uniform(0.0, 0.5) * length
+        far = rounded(1e3 * length)
+        bed["region"] = {
+            "x": [rounded(start), rounded(start + rng.uniform(0.1, 1.0) * length)],
+            "y": [-far, far],
+        }
+    if rng.random() < 0.5 or model == "jump-condition":
+        bed["minimum_depth"] = rounded(height * rng.uniform(0.0, 0.2))
+        bed["minimum_speed"] = rounded(waves * rng.uniform(0.01, 0.5))
+    return bed, model
 
 
 def friction_class(material: Data) -> str:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from solver.points.lattice import Lattice
 from solver.run import Run
 from solver.scene import Boundaries, Scene
 
+T = TypeVar("T")
 # Steps that are repeated; what mirrors to round-off only is compared after fewer.
 STEPS, FEW_STEPS = 60, 10
 # Largest difference of depth of what mirrors to round-off, as part of the largest depth.
@@ -31,6 +33,17 @@ OF_FRICTION = {
     "yield_stress": (1.0, 1.0),
     "viscosity": (0.5, 1.5),
     "length": (0.0, 1.0),
+}
+# The same of an erodible bed and its law.
+OF_EROSION = {
+    "growth": (0.0, -1.0),
+    "rate": (0.5, 0.5),
+    "depth_per_stress": (-1.0, 0.0),
+    "critical_stress": (1.0, 1.0),
+    "erosion_energy": (1.0, 1.0),
+    "bed_cohesion": (1.0, 1.0),
+    "minimum_depth": (0.0, 1.0),
+    "minimum_speed": (0.5, 0.5),
 }
 # Parameters that roots of depth or speed go with, which do not scale to the last bit.
 ROOTS = {"manning_n", "consistency"}
@@ -101,6 +114,9 @@ def mirrored(scene: Scene) -> Scene:
     else:
         image = PointCloud(points.points * [1, -1], points.x, (-high, -low))
     depth, velocity_x, velocity_y = state
+    bed = scene.erodible_bed
+    if bed is not None and isinstance(points, Lattice):
+        bed = replace(bed, depth=np.asarray(bed.depth)[::-1].copy())
     return replace(
         scene,
         points=image,
@@ -109,32 +125,41 @@ def mirrored(scene: Scene) -> Scene:
         velocity_y=velocity_y,
         boundaries=Boundaries(sides.x_min, sides.x_max, sides.y_max, sides.y_min),
         operators=None,
+        erodible_bed=bed,
     )
 
 
 def stronger(scene: Scene) -> Scene:
     """Put a scene under a stronger gravity, at the speeds that belong to it."""
-    speed, friction = np.sqrt(FACTOR), scene.friction
-    grown = {
-        key: float(FACTOR**power) * getattr(friction, key)
-        for key, (power, _) in OF_FRICTION.items()
-        if hasattr(friction, key)
-    }
+    speed, bed = np.sqrt(FACTOR), scene.erodible_bed
+    if bed is not None:
+        bed = replace(bed, law=_grown(bed.law, OF_EROSION), limits=_grown(bed.limits, OF_EROSION))
     return replace(
         scene,
         gravity=FACTOR * scene.gravity,
         velocity_x=speed * scene.velocity_x,
         velocity_y=speed * scene.velocity_y,
-        friction=replace(friction, **grown),
+        friction=_grown(scene.friction, OF_FRICTION),
+        erodible_bed=bed,
     )
+
+
+def _grown(of: T, powers: Mapping[str, tuple[float, float]]) -> T:
+    """Give parameters, a dataclass, under a stronger gravity."""
+    grown = {
+        key: float(FACTOR**power) * getattr(of, key) for key, (power, _) in powers.items() if hasattr(of, key)
+    }
+    return replace(of, **grown)  # type: ignore[type-var]
 
 
 def larger(drawn: Drawn) -> Drawn:
     """Put a scene on a larger scale, at the speeds that belong to it."""
     data = _lengths(drawn.data)
-    law = data["material"].get("friction", {})
-    for key in OF_FRICTION.keys() & law.keys():
-        law[key] = float(FACTOR ** OF_FRICTION[key][1]) * law[key]
+    bed = data.get("erodible_bed", {})
+    sections = (data["material"].get("friction", {}), OF_FRICTION), (bed, OF_EROSION)
+    for section, powers in (*sections, (bed.get("law", {}), OF_EROSION)):
+        for key in powers.keys() & section.keys():
+            section[key] = float(FACTOR ** powers[key][1]) * section[key]
     for key in ("end", "output_every"):
         data["time"][key] = float(np.sqrt(FACTOR) * drawn.data["time"][key])
     points = None if drawn.points is None else FACTOR * drawn.points

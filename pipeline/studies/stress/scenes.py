@@ -47,6 +47,9 @@ MOST_STEPS = 1e6
 STOPPING_TIMES = 40.0
 # Share of the scenes with another law of friction than Coulomb's or Voellmy's.
 OTHER_LAWS = 0.3
+# Share of the scenes of the conservative form on a bed that erodes; drawn apart, so that all else of a scene
+# is as it would be without.
+ERODING, OF_EROSION = 0.25, 19
 
 
 @dataclass(frozen=True)
@@ -119,6 +122,10 @@ def draw(seed: int, number: int) -> Drawn:
     }
     if kind == "collocation":
         data["scheme"] = {"form": "collocation"}
+    eroding = np.random.default_rng([seed, number, OF_EROSION])
+    erosion = "none"
+    if kind != "collocation" and eroding.random() < ERODING:
+        data["erodible_bed"], erosion = draws.draw_erosion(eroding, gravity, height, radius, length)
     # one frame, at the end: output times would change the steps
     data["time"]["output_every"] = data["time"]["end"]
     data["output"] = {"fields": ["depth", "deposit_depth", "max_depth", "max_speed"]}
@@ -134,6 +141,7 @@ def draw(seed: int, number: int) -> Drawn:
         "initial speed": {"still": "none", "moving": "some", "colliding": "some"}[motion],
         "earth pressure": pressure,
         "friction": draws.friction_class(material),
+        "erosion": erosion,
         "sides": boundary,
         "gravity": "below 0.1" if gravity < 0.1 else "0.1 to 5" if gravity < 5 else "above 5",
         "size of the heap": draws.size_class(radius),

@@ -51,6 +51,12 @@ def _simpler(drawn: Drawn) -> Iterator[Drawn]:
     for k in range(len(releases)):
         if len(releases) > 1:
             yield changed(release=[r for i, r in enumerate(releases) if i != k])
+    if "erodible_bed" in data:
+        yield replace(drawn, data={name: part for name, part in data.items() if name != "erodible_bed"})
+        bed = data["erodible_bed"]
+        for name in ("region", "minimum_depth"):
+            if name in bed:
+                yield changed(erodible_bed={k: v for k, v in bed.items() if k != name})
     for side, kind in data.get("boundaries", {}).items():
         if kind != "open":
             yield changed(boundaries={**data["boundaries"], side: "open"})
