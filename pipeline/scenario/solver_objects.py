@@ -245,12 +245,12 @@ def erodible_bed(
     bed = settings.erodible_bed
     if bed is None:
         return None
-    vertical = bed.measured == "vertical"
+    vertical, law = bed.measured == "vertical", bed.erosion_law(getattr(settings.material, "density"))  # noqa: B009
     if isinstance(terrain, SlopeProfile):
         assert isinstance(bed.depth, float | int)
         region = None if bed.region is None else (bed.region.x, bed.region.y)
         depth = erodible_on_profile(bed.depth, points, terrain, region, vertical=vertical)
-        return ErodibleBed(depth, bed.erosion_law(), bed.limits)
+        return ErodibleBed(depth, law, bed.limits)
     assert isinstance(points, Lattice)
     given: float | ElevationModel | None = None
     if bed.raster is not None:
@@ -263,7 +263,7 @@ def erodible_bed(
     if bed.polygons is not None:
         polygons = erodible_polygons(bed, (outlines or {})[bed.polygons, bed.layer])
     depth = erodible_on_surface(given, points, terrain, polygons, vertical=vertical)
-    return ErodibleBed(depth, bed.erosion_law(), bed.limits)
+    return ErodibleBed(depth, law, bed.limits)
 
 
 def slope(terrain: Generated | ElevationTerrain, table: ElevationTable | None = None) -> SlopeProfile:

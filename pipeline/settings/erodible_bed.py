@@ -10,8 +10,8 @@ from pydantic_core import PydanticCustomError
 from pipeline.settings.generated import Generated, keys_of
 from pipeline.settings.physics import AnyErosionLaw
 from pipeline.settings.points import Region
-from pipeline.settings.section import Section, key, relation
-from solver.parameters import ParameterError
+from pipeline.settings.section import Section, key, kind, relation
+from solver.parameters import ParameterError, parameters
 from solver.physics.erosion import ErosionLaw, ErosionLimits, check_together
 from solver.scheme import Collocation
 
@@ -73,9 +73,10 @@ class ErodibleBedKeys(Section):
         """From when on the flow erodes."""
         return ErosionLimits(self.minimum_depth, self.minimum_speed)
 
-    def erosion_law(self) -> ErosionLaw:
-        """Make the law of erosion."""
-        made: ErosionLaw = self.law.make()
+    def erosion_law(self, density: float | None = None) -> ErosionLaw:
+        """Make the law of erosion; ``density`` is that of the flow, kg m-3."""
+        named = {each.name for each, _ in parameters(self.law.source)}
+        made: ErosionLaw = self.law.make(**({"density": density} if "density" in named else {}))
         return made
 
     @model_validator(mode="after")
@@ -114,6 +115,10 @@ def unfit(settings: Settings) -> PydanticCustomError | None:
             found = f"expected an erodible bed, as {named[0]} is kept, found none"
             return relation(found, "output.fields", "erodible_bed")
         return None
+    density = getattr(settings.material, "density")  # noqa: B009
+    if bed.erosion_law(density).needs_density and density is None:
+        found = f"expected a density with erosion by {kind(type(bed.law))}, found nothing"
+        return relation(found, "material.density", "erodible_bed.law")
     if settings.scheme.source is Collocation:
         return relation(
             "expected form weighted-residual with an erodible bed, as the other does not conserve volume, "

@@ -13,12 +13,11 @@ import numpy as np
 
 from solver.arrays import Array
 from solver.parameters import Checked, Parameter, ParameterError, parameter, parametric, shared
-from solver.physics.friction import friction_coefficient
+from solver.physics.friction import DENSITY, friction_coefficient
 
 # How the kernels tell the laws apart.
 GROWTH_RATE, SHEAR_STRESS, SHEAR_WORK, EGASHIRA, JUMP_CONDITION = range(5)
 
-DENSITY = Parameter(meaning="density of the flow and of the bed", unit="kg m-3", above=0)
 MINIMUM_DEPTH = Parameter(
     meaning="depth of flow up to which nothing is eroded",
     unit="m",
@@ -35,6 +34,13 @@ MINIMUM_SPEED = Parameter(
 Coefficients = tuple[float, float, float]
 
 
+def _given(density: float | None) -> float:
+    """Give a density that a law needs, kg m-3."""
+    if density is None:
+        raise ParameterError("expected a density with a law of erosion by stress, found none", "density")
+    return density
+
+
 class ErosionLaw(Checked):
     """Base of the laws of erosion.
 
@@ -44,8 +50,19 @@ class ErosionLaw(Checked):
     number: ClassVar[int]
 
     def coefficients(self) -> Coefficients:
-        """Give the kernels what they need of the parameters, per unit of density (E2 to E6)."""
+        """Give the kernels what they need of the parameters, per unit of density (E2 to E6).
+
+        Raises
+        ------
+        ParameterError
+            If the law needs a density and has none.
+        """
         raise NotImplementedError
+
+    @property
+    def needs_density(self) -> bool:
+        """Whether a parameter is a stress."""
+        return False
 
 
 @parametric
@@ -103,11 +120,17 @@ class ShearStress(ErosionLaw):
             "friction": "that of the law of friction",
         },
     )
-    density: float = shared(DENSITY, default=2000.0)
+    density: float | None = shared(DENSITY, default=None)
 
     def coefficients(self) -> Coefficients:
         """Rate (m s-1), depth per stress times density (s2 m-1), critical stress over density (m2 s-2)."""
-        return self.rate, self.depth_per_stress * self.density, self.critical_stress / self.density
+        density = _given(self.density)
+        return self.rate, self.depth_per_stress * density, self.critical_stress / density
+
+    @property
+    def needs_density(self) -> bool:
+        """Whether a parameter is a stress."""
+        return True
 
 
 @parametric
@@ -190,11 +213,17 @@ class JumpCondition(ErosionLaw):
         default=1.0,
         advice="0.5 for a linear profile.",
     )
-    density: float = shared(DENSITY, default=2000.0)
+    density: float | None = shared(DENSITY, default=None)
 
     def coefficients(self) -> Coefficients:
         """Strength coefficient, cohesion over density (m2 s-2), slip."""
-        return self.strength_coefficient, self.bed_cohesion / self.density, self.slip
+        cohesion = self.bed_cohesion / _given(self.density) if self.needs_density else 0.0
+        return self.strength_coefficient, cohesion, self.slip
+
+    @property
+    def needs_density(self) -> bool:
+        """Whether a parameter is a stress."""
+        return self.bed_cohesion > 0
 
 
 LAWS: tuple[type[ErosionLaw], ...] = (GrowthRate, ShearStress, ShearWork, Egashira, JumpCondition)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from math import atan, ceil, cos, cosh, radians, sin, sqrt, tan, tanh
+from math import atan, ceil, cos, cosh, inf, radians, sin, sqrt, tan, tanh
 from typing import Literal
 
 import numpy as np
@@ -41,6 +41,7 @@ CELLS, PASSED = 40, 0.4
 SLOWEST = ErosionLimits(minimum_speed=1e-9)
 HALVINGS = 4
 SEED = 3
+DENSITY = 2000.0
 
 
 @dataclass(frozen=True)
@@ -80,22 +81,22 @@ class Uniform:
             case Egashira() as law:
                 return float(u * tan(radians(self.angle) - atan(law.equilibrium_slope)))
             case JumpCondition() as law:
-                strength = law.bed_cohesion / law.density
+                strength = law.bed_cohesion / DENSITY
                 strength += law.strength_coefficient * h * GRAVITY * cos(radians(self.angle))
                 return max(0.0, tau - strength) / (law.slip * u)
         raise TypeError(f"no rate of {self.law}")
 
     def stresses(self, h: float, u: float) -> tuple[float, float]:
         """Shear stress of friction, and of depth and slope, over density, m2 s-2."""
-        xi = radians(self.angle)
-        drag = self.friction.drag(GRAVITY) * u * u
-        return h * self.friction.tangent * GRAVITY * cos(xi) + drag, h * GRAVITY * sin(xi)
+        xi, turbulent = radians(self.angle), getattr(self.friction, "turbulent_friction", inf)
+        dry = h * self.friction.tangent * GRAVITY * cos(xi)
+        return dry + GRAVITY * u * u / turbulent, h * GRAVITY * sin(xi)
 
     def most(self, h: float, u: float) -> float:
         """Depth that may be eroded at a depth and speed, m."""
         if not isinstance(self.law, ShearStress):
             return self.bed
-        tau = self.law.density * self.stresses(h, u)[0 if self.law.stress == "friction" else 1]
+        tau = DENSITY * self.stresses(h, u)[0 if self.law.stress == "friction" else 1]
         return min(self.bed, self.law.depth_per_stress * (tau - self.law.critical_stress))
 
     def at(self, time: float) -> tuple[float, float]:
@@ -167,8 +168,12 @@ TERMINAL = sqrt((sin(radians(20)) - 0.1 * cos(radians(20))) * 200.0)
 CASES = {
     "growth rate, Coulomb": Uniform(25, COULOMB, GrowthRate(0.005), 1, 0, 100, 10, 0.5),
     "growth rate, Voellmy": Uniform(20, VOELLMY, GrowthRate(0.005), 1, 0, 100, 10, 0.5),
-    "shear stress, depth and slope": Uniform(20, VOELLMY, ShearStress(), 1, TERMINAL, 100, 10, 0.5),
-    "shear stress, friction": Uniform(20, VOELLMY, ShearStress(stress="friction"), 1, TERMINAL, 100, 10, 0.5),
+    "shear stress, depth and slope": Uniform(
+        20, VOELLMY, ShearStress(density=DENSITY), 1, TERMINAL, 100, 10, 0.5
+    ),
+    "shear stress, friction": Uniform(
+        20, VOELLMY, ShearStress(stress="friction", density=DENSITY), 1, TERMINAL, 100, 10, 0.5
+    ),
     "shear work": Uniform(20, VOELLMY, ShearWork(), 1, TERMINAL, 100, 10, 0.5),
     "Egashira": Uniform(25, Coulomb(friction_angle(0.35)), Egashira(), 1, 5, 100, 5, 0.25),
     "jump condition": Uniform(20, VOELLMY, JumpCondition(0.3), 1, TERMINAL, 100, 10, 0.5),

@@ -29,8 +29,8 @@ from solver.verification.surfaces import Bowl, Inclined
 SLOW = ErosionLimits(minimum_speed=0.01)
 LAW = {
     "growth rate": GrowthRate(0.05),
-    "shear stress": ShearStress(critical_stress=100.0),
-    "shear stress of friction": ShearStress(critical_stress=100.0, stress="friction"),
+    "shear stress": ShearStress(critical_stress=100.0, density=2000.0),
+    "shear stress of friction": ShearStress(critical_stress=100.0, stress="friction", density=2000.0),
     "shear work": ShearWork(200.0),
     "Egashira": Egashira(),
     "jump condition": JumpCondition(0.1),

@@ -73,7 +73,10 @@ def eroding(case, law):
 CLOUD = random_points((0, 12), (-4, 4), 400, 5)
 CASES = SCENES | {
     "erosion": (eroding(SCENES["several blobs"][0], GrowthRate(0.1)), 1.5),
-    "erosion on a cloud": (eroding(other(CLOUD, WeightedResidual()), ShearStress(critical_stress=10.0)), 1.0),
+    "erosion on a cloud": (
+        eroding(other(CLOUD, WeightedResidual()), ShearStress(critical_stress=10.0, density=2000.0)),
+        1.0,
+    ),
     "erosion on a surface": (
         eroding(replace(SCENES["several blobs"][0], terrain=Inclined(20.0, 25.0)), Egashira()),
         1.5,

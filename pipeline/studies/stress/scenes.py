@@ -125,6 +125,7 @@ def draw(seed: int, number: int) -> Drawn:
     eroding = np.random.default_rng([seed, number, OF_EROSION])
     erosion = "none"
     if kind != "collocation" and eroding.random() < ERODING:
+        data["material"] = {**material, "density": draws.DENSITY}
         data["erodible_bed"], erosion = draws.draw_erosion(eroding, gravity, height, radius, length)
     # one frame, at the end: output times would change the steps
     data["time"]["output_every"] = data["time"]["end"]

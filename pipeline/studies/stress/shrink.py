@@ -70,11 +70,11 @@ def _simpler(drawn: Drawn) -> Iterator[Drawn]:
     if "turbulent_friction" in data["material"]:
         yield changed(material={k: v for k, v in data["material"].items() if k != "turbulent_friction"})
     if data["material"].get("earth_pressure") != "isotropic":
-        yield changed(
-            material={"bed_friction": data["material"]["bed_friction"], "earth_pressure": "isotropic"}
-        )
+        plain = {k: v for k, v in data["material"].items() if k in ("bed_friction", "density")}
+        yield changed(material={**plain, "earth_pressure": "isotropic"})
     if "friction" in data["material"]:
-        yield changed(material={"bed_friction": 20.0, "earth_pressure": "isotropic"})
+        plain = {k: v for k, v in data["material"].items() if k == "density"}
+        yield changed(material={**plain, "bed_friction": 20.0, "earth_pressure": "isotropic"})
     if any(any(release["velocity"]) for release in releases):
         yield changed(release=[{**release, "velocity": [0.0, 0.0]} for release in releases])
     yield from _fewer_points(drawn, changed)

@@ -16,16 +16,17 @@ from solver.physics.erosion import (
     ShearStress,
     ShearWork,
 )
+from solver.physics.resistance import DryTurbulent
 
 G, DRAG, TANGENT = 9.81, 0.05, 0.2
-MATERIAL = Material(TANGENT, DRAG, Isotropic().coefficients(), Isotropic().transition(), 1e-4)
+MATERIAL = Material(DryTurbulent(TANGENT, DRAG), Isotropic().coefficients(), Isotropic().transition(), 1e-4)
 LAW = {
     "growth rate": GrowthRate(0.01),
-    "shear stress, slope": ShearStress(),
-    "shear stress, friction": ShearStress(stress="friction"),
+    "shear stress, slope": ShearStress(density=2000.0),
+    "shear stress, friction": ShearStress(stress="friction", density=2000.0),
     "shear work": ShearWork(),
     "Egashira": Egashira(),
-    "jump condition": JumpCondition(0.1, 100.0, 0.5),
+    "jump condition": JumpCondition(0.1, 100.0, 0.5, 2000.0),
 }
 
 
@@ -96,8 +97,8 @@ def test_many_steps_of_a_law_that_is_exact_are_one(law):
 
 def test_a_constant_stress_of_5_kpa_takes_up_0_4_m_in_16_s():
     # the stress of friction does not change where drag alone makes it: 0.05 u^2 = 2.5 m2 s-2
-    material = Material(0.0, DRAG, *MATERIAL[2:])
-    law = ShearStress(stress="friction")
+    material = MATERIAL._replace(law=DryTurbulent(0.0, DRAG))
+    law = ShearStress(stress="friction", density=2000.0)
     erosion, depths = bed(law), []
     for _ in range(200):
         erode_cell(erosion, 0, (1.0, np.sqrt(50.0), 0.0), (1.0, 0.0, 9.0), 9.0, 0.1, material)
