@@ -41,6 +41,19 @@ may be in any reference system. Where spacings agree the points are the centres 
 cells, the domain being moved on to them. It takes a lattice, the weighted-residual form, isotropic earth
 pressure and open sides. All runs of a scenario have one elevation model; its curvature length, the polygons
 and their depth or volume may be varied.
+
+A flow takes up its bed where there is an `erodible_bed`, as in `scenarios/torrent/erosion.yaml`:
+
+```yaml
+material: {density: 2000, bed_friction: 7, turbulent_friction: 250, earth_pressure: isotropic}
+erodible_bed:
+  depth: 1.5
+  law: {model: shear-stress, rate: 0.025, depth_per_stress: 1.0e-4, critical_stress: 1000}
+  minimum_depth: 0.1
+  minimum_speed: 0.1
+```
+
+`docs/method.md`, "Erosion", has the equations of the laws, with usual values and sources.
 """
 _TABLE = "| key | unit | values | default | meaning |\n|---|---|---|---|---|"
 

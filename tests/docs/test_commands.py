@@ -54,6 +54,7 @@ SLOW_MODULES = (
     *("pipeline.studies.scale", "pipeline.studies.collocation_scan", "pipeline.studies.stability"),
     *("solver.verification.exact_cases", "solver.verification.surface_cases"),
     *("pipeline.studies.convergence", "pipeline.studies.torrent_terrain"),
+    "solver.verification.erosion_cases",
 )
 
 
