@@ -2,6 +2,7 @@
 import re
 
 import pytest
+from messages import messages
 
 from pipeline.scenario.scenario import BadInput, load
 
@@ -22,17 +23,7 @@ MATERIAL = "material: {bed_friction: 20, internal_friction: 30}"
 TIME = "time: {end: 1}"
 TABLE = "terrain: {profile: table, file: missing.csv, smoothing: 1}"
 SHAPES = "hemisphere, cap, paraboloid, box, cylinder, polygons"
-SECTIONS = "gravity, terrain, release, material, boundaries, scheme"
-
-
-def messages(tmp_path, *texts):
-    paths = []
-    for i, text in enumerate(texts):
-        paths.append(tmp_path / f"{'abc'[i]}.yaml")
-        paths[-1].write_text(text)
-    with pytest.raises(BadInput) as caught:
-        load(paths)
-    return str(caught.value).replace(f"{tmp_path}/", "").splitlines()
+SECTIONS = "gravity, terrain, release, material, erodible_bed, boundaries, scheme"
 
 
 @pytest.mark.parametrize(
@@ -47,7 +38,7 @@ def messages(tmp_path, *texts):
         pytest.param(
             TIME,
             "time: {end: 1}\nspeed: 3",
-            "9:1: speed: expected one of the keys name, description, gravity, terrain, domain, points, release, material, boundaries, scheme, time, output, sweep, sample, weights, return_periods, receptors, georeference, hazard, found 'speed'. Did you mean 'hazard.speed'?",
+            "9:1: speed: expected one of the keys name, description, gravity, terrain, domain, points, release, material, erodible_bed, boundaries, scheme, time, output, sweep, sample, weights, return_periods, receptors, georeference, hazard, found 'speed'. Did you mean 'hazard.speed'?",
             id="unknown section",
         ),
         pytest.param(
@@ -317,7 +308,7 @@ def messages(tmp_path, *texts):
         pytest.param(
             TIME,
             "time: {end: 1}\noutput: {fields: [depth, height]}",
-            "9:26: output.fields.1: expected one of depth, velocity_x, velocity_y, max_depth, max_speed, max_momentum_flux, arrival_time, deposit_depth, found 'height'",
+            "9:26: output.fields.1: expected one of depth, velocity_x, velocity_y, max_depth, max_speed, max_momentum_flux, arrival_time, deposit_depth, erosion_depth, bed_change, found 'height'",
             id="field",
         ),
         pytest.param(

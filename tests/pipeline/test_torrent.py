@@ -9,6 +9,18 @@ import rasterio
 import rioxarray  # noqa: F401 - gives arrays their reference system
 import shapely
 import xarray as xr
+from elevation_files import (
+    COLUMNS,
+    NORTH,
+    ROWS,
+    SIDE,
+    TEXT,
+    WEST,
+    ground,
+    write_polygons,
+    write_raster,
+    written,
+)
 from rasterio.transform import from_origin
 from root import ROOT
 
@@ -21,42 +33,6 @@ from pipeline.scenario.scenario import load
 from pipeline.store.verify import verify
 from pipeline.studies import torrent_terrain
 
-WEST, NORTH, SIDE = 2_600_000.0, 1_200_400.0, 5.0
-ROWS, COLUMNS = 40, 60
-TEXT = """\
-name: small
-terrain: {elevation: dem.tif, curvature_length: 20}
-points: {spacing: 5}
-release: {polygons: releases.gpkg, name: slide}
-material: {bed_friction: 16, earth_pressure: isotropic}
-output: {threshold: 0.05}
-time: {end: 60}
-"""
-
-
-def ground(rows=ROWS, columns=COLUMNS):
-    """Elevations of a valley that falls to the east and flattens, rows from north to south, m."""
-    x, y = SIDE * (np.arange(columns) + 0.5), SIDE * (np.arange(rows) + 0.5)
-    return 1200 - 0.6 * 120 * (1 - np.exp(-x / 120)) + 0.002 * (y[:, None] - SIDE * rows / 2) ** 2
-
-
-def write_raster(path, elevation, side=SIDE, crs="EPSG:2056"):
-    with rasterio.open(
-        path, "w", driver="GTiff", count=1, height=elevation.shape[0], width=elevation.shape[1],
-        dtype="float64", nodata=-9999.0, crs=crs, transform=from_origin(WEST, NORTH, side, side),
-    ) as target:  # fmt: skip
-        target.write(elevation, 1)
-
-
-def write_polygons(path, boxes, crs="EPSG:2056", depth=1.5):
-    """Write boxes by name: west, south, east, north, from the north-west corner of the raster, m."""
-    shapes = [shapely.box(WEST + w, NORTH + s, WEST + e, NORTH + n) for w, s, e, n in boxes.values()]
-    fields = [np.array(list(boxes), dtype=object), np.full(len(boxes), depth)]
-    pyogrio.raw.write(
-        path, np.array(shapely.to_wkb(shapes), dtype=object), fields, ["name", "depth"], crs=crs,
-        geometry_type="Polygon",
-    )  # fmt: skip
-
 
 @pytest.fixture
 def folder(tmp_path):
@@ -65,15 +41,6 @@ def folder(tmp_path):
     write_polygons(tmp_path / "releases.gpkg", {"slide": (20, -120, 50, -80), "other": (20, -60, 40, -45)})
     write_polygons(tmp_path / "buildings.gpkg", {"barn": (110, -105, 120, -95), "far": (5000, 0, 5010, 9)})
     return tmp_path
-
-
-def written(folder, text=TEXT, *changes):
-    for old, new in changes:
-        assert old in text
-        text = text.replace(old, new)
-    path = folder / "small.yaml"
-    path.write_text(text)
-    return path
 
 
 def refused(folder, *changes):

@@ -11,6 +11,7 @@ from root import ROOT
 from scenes import SCENES, all_sides, scene
 
 from pipeline.studies.stress.campaign import Row, is_repeated, perform, shrunk
+from pipeline.studies.stress.draws import EROSION
 from pipeline.studies.stress.repeats import repeat
 from pipeline.studies.stress.report import largest_rate, rate
 from pipeline.studies.stress.scenes import LAYOUTS, Drawn, draw, prepared, read
@@ -18,6 +19,7 @@ from pipeline.studies.stress.shrink import shrink
 from pipeline.studies.stress.watch import Watched, watch
 from solver.checks.invariants import Check, Laws, State, state_of_run, unseen
 from solver.forms import begin
+from solver.physics.erosion import ErodibleBed, GrowthRate
 from solver.physics.friction import Coulomb
 from solver.physics.terrain import Plane, Segment, Segments
 from solver.points.lattice import Lattice
@@ -196,3 +198,42 @@ def test_a_check_of_what_is_not_a_number_is_not_kept():
     assert not Check("", float("nan"), 1.0).kept
     assert isinstance(start(FLAT)[1], State)
     assert isinstance(replace(draw(1, 1), name="other"), Drawn)
+
+
+@pytest.mark.parametrize("model", EROSION)
+def test_a_scene_that_erodes_keeps_its_laws_and_repeats(model):
+    found = 0
+    for number in range(2000):
+        drawn = draw(3, number)
+        if drawn.labels["erosion"] != model or drawn.labels["points"] != "lattice":
+            continue
+        ready = prepared(drawn)
+        run = begin(ready.scene, float(ready.times[-1]), 0.0, True)
+        run.advance(run.end, 60)
+        if not run.entrained > 1e-3 * run.volume:
+            continue
+        row = perform(drawn, True, SMALL)
+        assert not row.broken, row.broken
+        assert {"a restart changes nothing", "length scales"} <= {check.law for check in row.repeats}
+        found += 1
+        if found == 2:
+            return
+    raise AssertionError("no scene erodes")
+
+
+def test_a_bed_that_does_not_lose_what_the_flow_gains_is_told():
+    case = scene(Plane(30), Coulomb(20))
+    case = replace(case, erodible_bed=ErodibleBed(np.full(case.depth.shape, 0.1), GrowthRate(0.2)))
+    run = begin(case, 1.0, 0.0, True)
+    laws = Laws(case, state_of_run(run), 1.0)
+    run.advance(1.0, None)
+    state = state_of_run(run)
+    assert state.entrained > 0
+    assert all(check.kept for check in laws.of_state(state))
+    wrong = {
+        "the bed loses what the flow takes up": state._replace(eroded=0.9 * state.eroded),
+        "ledger of volume": state._replace(entrained=0.9 * state.entrained),
+        "no more is taken up than there is": state._replace(eroded=state.eroded + 0.1),
+    }
+    for law, changed in wrong.items():
+        assert law in {check.law for check in laws.of_state(changed) if not check.kept}
