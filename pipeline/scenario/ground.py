@@ -231,7 +231,8 @@ class GroundCheck:
                 return [Problem((*path, "polygons"), f"{error} ({bed.polygons})")]
             lattice = Lattice(domain.x, domain.y, float(getattr(settings.points, "spacing")))  # noqa: B009
             if not any(
-                polygon_shares(outline.rings, lattice).any() for outline in solver_objects.chosen(bed.name, held)
+                polygon_shares(outline.rings, lattice).any()
+                for outline in solver_objects.chosen(bed.name, held)
             ):
                 bounds = "x [{:.12g}, {:.12g}] and y [{:.12g}, {:.12g}]".format(*domain.x, *domain.y)
                 wanted = f"expected an erodible bed in the domain, {bounds}"

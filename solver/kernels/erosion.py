@@ -20,7 +20,7 @@ from solver.physics.erosion import (
     ErodibleBed,
     ShearStress,
 )
-from solver.physics.resistance import Resistance
+from solver.physics.resistance import Uniform
 
 
 class Erosion(NamedTuple):
@@ -88,7 +88,7 @@ def eroding_depth(
     load: float,
     done: float,
     dt: float,
-    law: Resistance,
+    law: Uniform,
 ) -> float:
     """Depth that a law takes from the bed in dt (s), whatever there is, m (E2 to E6); 0 or less for nothing.
 

@@ -12,6 +12,9 @@ from solver.points.lattice import Lattice
 from solver.points.voronoi import SIDE_NORMALS, ControlVolumes
 from solver.release.polygons import SLIVER, polygon_shares
 
+# digits of a share on a lattice; the others are round-off
+DIGITS = 12
+
 
 def shares(rings: Sequence[Array], points: Lattice | PointCloud) -> Array:
     """Share of the area of each cell that lies in a polygon, of the shape of the points.
@@ -24,7 +27,8 @@ def shares(rings: Sequence[Array], points: Lattice | PointCloud) -> Array:
         Whose cells.
     """
     if isinstance(points, Lattice):
-        return polygon_shares(rings, points)
+        # a zone and its mirror image have the same shares
+        return np.round(polygon_shares(rings, points), DIGITS)
     cells = points.control_volumes
     inside = sum(
         (_clipped_areas(np.asarray(ring, np.float64), cells) for ring in rings), np.zeros(points.shape)
