@@ -55,8 +55,8 @@ def follow(store: xr.Dataset, threshold: float | None = None) -> xr.Dataset:
     -------
     Dataset
         Over ``run`` and ``time``: ``front_x``, ``tail_x``, ``half_width`` (half the extent across the bed) of
-        the body, m; ``volume``, m3; ``volume_error``, relative to the first frame; ``deepest``, m;
-        ``body_speed`` and ``film_speed``, the largest ones, m s-1. NaN where a frame was not computed.
+        the body, m; ``volume``, m3; ``volume_error``, relative to the first frame and but for what was
+        entrained; ``deepest``, m; ``body_speed`` and ``film_speed``, the largest ones, m s-1. NaN where a frame was not computed.
     """
     depth, over = store["depth"], space(store)
     if threshold is None:
@@ -67,12 +67,14 @@ def follow(store: xr.Dataset, threshold: float | None = None) -> xr.Dataset:
     speed = (store["velocity_x"] ** 2 + store["velocity_y"] ** 2) ** 0.5
     x, y = store["x"].where(body), store["y"].where(body)
     volume = (depth.astype(np.float64) * cell_area(store)).sum(over)
+    # what the flow has taken up from its bed is no error
+    taken = store["entrained"] if "entrained" in store.variables else 0.0
     found = {
         "front_x": x.max(over),
         "tail_x": x.min(over),
         "half_width": (y.max(over) - y.min(over)) / 2,
         "volume": volume,
-        "volume_error": volume / volume.isel(time=0) - 1,
+        "volume_error": (volume - taken) / volume.isel(time=0) - 1,
         "deepest": depth.max(over),
         "body_speed": speed.where(body).max(over),
         "film_speed": speed.where((depth > 0) & ~body).max(over).fillna(0),

@@ -45,6 +45,8 @@ def volume_ledger(store: xr.Dataset) -> Table | None:
     """Table what became of the volume: run by run, or of many runs the least, the median and the largest."""
     ended = store.isel(run=np.flatnonzero((store["status"] != Status.PENDING).to_numpy()))
     names = [variable.name for variable in VOLUMES if variable.name in store]
+    if "volume_entrained" in names and not (ended["volume_entrained"] > 0).any():
+        names.remove("volume_entrained")
     words = {name: name.removeprefix("volume_").replace("_", " ") for name in names}
     head = [f"{words[name]} ({COLUMNS[name].units})" for name in names]
     head[-1] = "error"
@@ -72,8 +74,8 @@ def volume_ledger(store: xr.Dataset) -> Table | None:
 LEDGER = (
     "Lost is what of the release lies outside the domain; in and out is what passed the boundaries, out open "
     "what left through open sides; moving is what still moved at the end, faster than a Froude number of "
-    "0.1 by the largest depth of the release; the error is that of the ledger, relative to what was released "
-    "and came in."
+    "0.1 by the largest depth of the release; entrained is what the flow took up from its bed; the error is "
+    "that of the ledger, relative to what was released, came in and was entrained."
 )
 
 

@@ -22,7 +22,7 @@ from solver.physics.friction import Coulomb, Voellmy
 from solver.physics.terrain import Plane
 from solver.points.lattice import Lattice
 from solver.result import Result
-from solver.scene import Boundaries, Collocation, Scene, WeightedResidual
+from solver.scene import Boundaries, Collocation, Scene, WeightedResidual, Zone
 from solver.simulation import simulate
 from solver.verification.surfaces import Bowl, Inclined
 
@@ -197,6 +197,17 @@ def test_what_is_taken_up_brings_no_momentum():
     assert run.ledger.outflow == 0.0
     # what is below the wet limit does not move
     assert last == pytest.approx(first, rel=1e-5)
+
+
+@pytest.mark.parametrize("place", ["lattice", "cloud", "surface"])
+def test_the_friction_of_a_zone_erodes_as_that_of_a_scene(place):
+    case, end = PLACES[place]
+    case = eroding(case, LAW["shear work"])
+    rough = replace(case.friction, bed_friction=case.friction.bed_friction + 5)
+    zoned = replace(case, zones=(Zone(rough, np.ones(case.depth.shape)),))
+    plain, of_zone, of_scene = (simulate(c, [end]) for c in (case, zoned, replace(case, friction=rough)))
+    np.testing.assert_allclose(of_zone.erosion_depth, of_scene.erosion_depth, rtol=1e-9, atol=1e-12)
+    assert np.abs(plain.erosion_depth - of_scene.erosion_depth).max() > 1e-3
 
 
 def test_the_collocation_form_refuses_an_erodible_bed():
