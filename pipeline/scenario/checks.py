@@ -26,6 +26,7 @@ from pipeline.scenario.sweep_checks import check_design
 from pipeline.settings.hazard import Georeference
 from pipeline.settings.physics import AnyTerrain
 from pipeline.settings.points import FilePoints
+from pipeline.settings.sample import power_of_two
 from pipeline.settings.section import Pair
 from pipeline.settings.settings import Settings
 from solver.physics.terrain import SlopeProfile
@@ -255,7 +256,8 @@ class _Judge:
             for doubt in table.doubts
         ]
         files += self.map_files.doubts.items()
-        return [*files, *lost, *short, *flat, *self.cut.items(), *_left_out(settings), *_far_out(settings)]
+        drawn = [*_far_out(settings), *_uneven(settings)]
+        return [*files, *lost, *short, *flat, *self.cut.items(), *_left_out(settings), *drawn]
 
     def _points(self, settings: Settings) -> list[Problem]:
         """Read the file of a ``file`` layout, once, and list what is wrong with its points."""
@@ -385,3 +387,16 @@ def _far_out(settings: Settings) -> list[tuple[Path, str]]:
         for key, distribution in values.items()
         if (share := share_within(distribution)) < LEAST_SHARE
     ]
+
+
+def _uneven(settings: Settings) -> list[tuple[Path, str]]:
+    """Say where Sobol's sequence is broken off between two of its balanced counts."""
+    sample = settings.sample
+    if sample is None or sample.design != "sobol" or power_of_two(sample.count):
+        return []
+    below = 1 << (sample.count.bit_length() - 1)
+    found = (
+        f"Sobol's sequence covers the space evenly at powers of 2: write {below} or {2 * below}, "
+        "or design: latin-hypercube"
+    )
+    return [(("sample", "count"), found)]

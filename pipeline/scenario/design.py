@@ -145,11 +145,20 @@ def _uniform(sample: Sample) -> Array:
     elif sample.design == "latin-hypercube":
         points = qmc.LatinHypercube(keys, rng=rng).random(sample.count)
     elif sample.design == "sobol":
-        points = qmc.Sobol(keys, rng=rng).random(sample.count)
+        points = _sobol(keys, sample.count, rng)
     else:
-        points = saltelli(qmc.Sobol(2 * keys, rng=rng).random(sample.count))
+        points = saltelli(_sobol(2 * keys, sample.count, rng))
     clipped: Array = np.clip(points, _LEAST, 1 - _LEAST)
     return clipped
+
+
+def _sobol(keys: int, count: int, rng: np.random.Generator) -> Array:
+    """Give the first points of a scrambled Sobol sequence, shape (count, keys)."""
+    from scipy.stats import qmc
+
+    # SciPy warns of counts between the powers of 2, which the sequence goes through in order as well
+    points: Array = qmc.Sobol(keys, rng=rng).random(1 << (count - 1).bit_length())[:count]
+    return points
 
 
 def paired(points: Array, correlation: Array) -> Array:

@@ -117,6 +117,11 @@ class Correlation(Section):
     value: Annotated[float, Field(gt=-1, lt=1)] = key("correlation of their normal scores")
 
 
+def power_of_two(count: int) -> bool:
+    """Whether a count is 1, 2, 4, 8 and so on, with which Sobol's sequence is balanced."""
+    return not count & (count - 1)
+
+
 class Sample(Section):
     """Parameters drawn at random, one run a draw; with a sweep, the same draws for each of its runs."""
 
@@ -126,16 +131,16 @@ class Sample(Section):
     count: Annotated[int, Field(gt=0, le=MOST_RUNS)] = key(
         "draws; with `saltelli` they are `count` times the number of keys plus 2"
     )
-    design: Literal["latin-hypercube", "sobol", "saltelli", "random"] = key(
+    design: Literal["sobol", "latin-hypercube", "saltelli", "random"] = key(
         "how the draws cover the space",
-        default="latin-hypercube",
+        default="sobol",
         choices={
+            "sobol": "evenly, by Sobol's scrambled sequence, of which the first draws are a design too",
             "latin-hypercube": "in layers of each key",
-            "sobol": "evenly, by Sobol's sequence",
             "saltelli": "as Sobol's sensitivity indices need them",
             "random": "independently",
         },
-        advice="`latin-hypercube` for probabilities, `saltelli` to rank parameters.",
+        advice="`sobol` for probabilities, with a count that is a power of 2; `saltelli` to rank parameters.",
     )
     seed: Seed = key("the same seed gives the same draws", default=0)
     correlations: tuple[Correlation, ...] = key("which keys go together; others are independent", default=())
@@ -156,8 +161,8 @@ class Sample(Section):
 
     @model_validator(mode="after")
     def _well_posed(self) -> Sample:
-        if self.design in ("sobol", "saltelli") and self.count & (self.count - 1):
-            found = f"expected a power of 2 with design {self.design}, found {self.count}"
+        if self.design == "saltelli" and not power_of_two(self.count):
+            found = f"expected a power of 2 with design saltelli, found {self.count}"
             raise relation(found, "count", "design")
         if self.rows > MOST_RUNS:
             found = (

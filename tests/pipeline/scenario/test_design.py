@@ -61,6 +61,18 @@ def test_the_same_seed_gives_the_same_draws():
     assert draw(sample(values, seed=1)) != draw(sample(values, seed=2))
 
 
+@pytest.mark.parametrize("correlated", [False, True])
+def test_the_first_draws_of_the_default_design_are_those_of_a_smaller_one(correlated):
+    values = {
+        f"release.{i}.volume": {"distribution": "lognormal", "median": 9, "deviation": 1} for i in (0, 1)
+    }
+    more = {"correlations": ({"between": tuple(values), "value": 0.5},)} if correlated else {}
+    larger = draw(sample(values, count=64, **more))
+    for count in (1, 12, 32):
+        smaller = draw(sample(values, count=count, **more))
+        assert all(smaller[key] == larger[key][:count] for key in values)
+
+
 def test_saltelli_s_rows_take_one_coordinate_after_the_other_from_the_second_half():
     rows = saltelli(np.array([[1.0, 2.0, 11.0, 12.0], [3.0, 4.0, 13.0, 14.0]]))
     assert rows.tolist() == [[1, 2], [11, 2], [1, 12], [11, 12], [3, 4], [13, 4], [3, 14], [13, 14]]
@@ -122,7 +134,9 @@ def test_correlated_latin_hypercubes_keep_their_layers(count):
         {"between": (f"release.{i}.volume", f"release.{j}.volume"), "value": value}
         for (i, j), value in wanted.items()
     )
-    drawn = np.array(list(draw(sample(values, correlations=pairs, count=count)).values()))
+    drawn = np.array(
+        list(draw(sample(values, design="latin-hypercube", correlations=pairs, count=count)).values())
+    )
     layers = np.sort((drawn * count).astype(int), axis=1)
     assert (layers == np.arange(count)).all()
     if count == 512:
