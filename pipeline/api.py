@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from pipeline.batch.dask_pool import Engine
+    from pipeline.emulation.emulate import Emulated
     from pipeline.results import Results
     from pipeline.scenario.scenario import Scenario
     from pipeline.store.place import Part
@@ -35,6 +36,8 @@ Tell = Callable[[str], None]
 PLAIN_WIDTH = 160
 # a limit below is one whose unit was forgotten
 LEAST_MEMORY = 2**20
+# of an emulator, below which shares have errors of their own
+LEAST_DRAWS = 256
 TABLE_FILES = (".csv", ".parquet", ".md")
 
 
@@ -424,6 +427,98 @@ def sensitivity_indices(out: Place, *, to: Anywhere | None = None, warn: Tell = 
         with _extra("parquet"):
             table.write(found, _writable(to))
     return found
+
+
+def emulate(
+    out: Place,
+    name: str | None = None,
+    *,
+    draws: int = 4096,
+    to: str | PathLike[str] | None = None,
+    depth: Sequence[float] | None = None,
+    speed: Sequence[float] | None = None,
+    momentum_flux: Sequence[float] | None = None,
+    pressure: Sequence[float] | None = None,
+    kinds: Sequence[str] = ("csv", "md"),
+    pictures: bool = True,
+    tell: Tell = _silent,
+    warn: Tell = _warn,
+) -> dict[str, Emulated]:
+    """Emulate the runs of sampled scenarios: maps, receptors and quantiles of many draws, with their errors.
+
+    Parameters
+    ----------
+    out : path, str or Results
+        The place.
+    name : str, optional
+        One scenario; by default all that are sampled.
+    draws : int
+        Draws of maps; single numbers are over 4 times as many.
+    to : path, optional
+        Folder that tables and maps are written to, one by scenario. By default nothing is written.
+    depth, speed, momentum_flux, pressure : sequence of float, optional
+        Thresholds (m, m s-1, m3 s-2, kPa) in place of those of the scenarios.
+    kinds : sequence of str
+        How tables are written: ``csv``, ``parquet``, ``md``.
+    pictures : bool
+        Whether to draw the maps, where ``to`` is given.
+    tell, warn : callable
+        Told what was made and written, and what leave-one-out does not support, a line each.
+
+    Returns
+    -------
+    dict of str to Emulated
+        By name of scenario: ``tables`` with ``leave-one-out``, ``emulated-scenarios``, ``emulated-receptors``
+        and ``emulated-missing``, and ``maps``. Scenarios that cannot be emulated are left out with a warning.
+
+    Raises
+    ------
+    FileNotFoundError
+        If the place holds no store.
+    OptionError
+        If a threshold is not above 0, there are too few draws, or the scenario that is named cannot be
+        emulated.
+    OSError
+        If something cannot be written.
+    """
+    from pipeline.assess.tables import write
+    from pipeline.emulation.emulate import of_place
+    from pipeline.emulation.errors import NotEmulatedError
+
+    given = {"depth": depth, "speed": speed, "momentum_flux": momentum_flux, "pressure": pressure}
+    thresholds = {key: _positive(key, values) for key, values in given.items() if values is not None}
+    if draws < LEAST_DRAWS:
+        raise OptionError("draws", f"expected at least {LEAST_DRAWS}, found {draws}")
+    made: dict[str, Emulated] = {}
+    for each, found in of_place(_place(out), thresholds, name, draws):
+        if isinstance(found, NotEmulatedError):
+            if name is not None:
+                raise OptionError("", f"{each}: cannot be emulated: {found}")
+            warn(f"{each}: cannot be emulated: {found}")
+            continue
+        made[each] = found
+        tell(found.comment)
+        for line in found.refused:
+            warn(f"{each}: {line}; plain shares stand in the tables")
+        if to is not None:
+            with _extra("parquet"):
+                for path in write(dict(found.tables), Path(to) / each, list(kinds)):
+                    tell(str(path))
+            _write_emulated(found, Path(to) / each, pictures, tell)
+    return made
+
+
+def _write_emulated(found: Emulated, folder: Path, pictures: bool, tell: Tell) -> None:
+    """Write emulated maps to a folder; where there is none nothing is written."""
+    from pipeline.emulation.emulate import FILE
+    from pipeline.hazard.map_files import write_maps
+    from pipeline.hazard.mapping import write
+
+    if found.maps is None:
+        return
+    tell(str(write(found.maps, folder, FILE)))
+    for path in write_maps(found.maps, folder) if pictures else ():
+        tell(str(path))
 
 
 def calibrate(

@@ -16,6 +16,7 @@ MOST_MODULES = 15
 FORMS = ("solver.lattice", "solver.cloud", "solver.collocation")
 # from the bottom up: each imports from those before it alone
 LAYERS = (
+    "emulator",
     *("solver.physics", "solver.points", "solver.release", "solver.lmls", "solver.kernels"),
     *(FORMS, "solver.surface", "solver.checks", "solver.verification"),
     *(
@@ -27,7 +28,8 @@ LAYERS = (
         "pipeline.inputs",
         "pipeline.scenario",
     ),
-    *("pipeline.runs", "pipeline.batch", "pipeline.assess", "pipeline.hazard", "pipeline.report"),
+    *("pipeline.runs", "pipeline.batch", "pipeline.assess", "pipeline.hazard"),
+    *("pipeline.emulation", "pipeline.report"),
     *(
         "pipeline.results",
         "pipeline.api",
@@ -45,7 +47,7 @@ HEIGHT = {
 def modules() -> dict[str, Path]:
     """Every module of the product by its dotted name."""
     found = {}
-    for package in ("solver", "pipeline"):
+    for package in ("emulator", "solver", "pipeline"):
         for path in (ROOT / package).rglob("*.py"):
             parts = path.relative_to(ROOT).with_suffix("").parts
             found[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path

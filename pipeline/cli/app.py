@@ -44,6 +44,7 @@ for command in (
     maps.figures,
     assess.tables,
     maps.hazard,
+    maps.emulate,
     assess.sensitivity,
     assess.calibrate,
     maps.report,

@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 import pipeline
-from pipeline.cli.exit_codes import end, exit_on_errors
+from pipeline.cli.exit_codes import SOME_FAILED, end, exit_on_errors
 from pipeline.cli.options import Out, Store, read_numbers
 
+if TYPE_CHECKING:
+    import pandas as pd
+
+# tables that are shown
+LISTED = ("leave-one-out", "emulated-receptors")
 Thresholds = Annotated[
     str | None,
     typer.Option(metavar="NUMBERS", help="Thresholds as 0.5,1,2.", show_default="those of the scenario"),
@@ -108,6 +113,60 @@ def hazard(
             tell=told.line,
             warn=told.warning,
         )
+
+
+def emulate(
+    out: Out,
+    name: Annotated[
+        str | None,
+        typer.Argument(metavar="NAME", help="One scenario.", show_default="all that are sampled"),
+    ] = None,
+    draws: Annotated[
+        int, typer.Option(min=256, help="Draws of maps; single numbers take 4 times more.")
+    ] = 4096,
+    to: Annotated[Path | None, typer.Option(help="Folder to write to.", show_default="OUT/emulated")] = None,
+    depth: Thresholds = None,
+    speed: Thresholds = None,
+    momentum_flux: Thresholds = None,
+    pressure: Thresholds = None,
+    maps: Annotated[bool, typer.Option("--maps/--no-maps", help="Draw maps beside the NetCDF file.")] = True,
+) -> None:
+    """Emulate sampled runs: maps, receptors and quantiles of many draws, with their errors.
+
+    The table of leave-one-out comes first: it says what the runs support. What they do not is refused.
+    """
+    from pipeline.cli.display import working
+    from pipeline.store import run_table
+    from pipeline.store.storage import at_hand
+
+    written: list[str] = []
+    with exit_on_errors(reading=True), working("emulate") as told:
+        found = pipeline.emulate(
+            out,
+            name,
+            draws=draws,
+            to=to or at_hand(out / "emulated"),
+            depth=read_numbers("--depth", depth),
+            speed=read_numbers("--speed", speed),
+            momentum_flux=read_numbers("--momentum-flux", momentum_flux),
+            pressure=read_numbers("--pressure", pressure),
+            pictures=maps,
+            tell=written.append,
+            warn=told.warning,
+        )
+    for each in found.values():
+        for title in LISTED:
+            if title in each.tables:
+                typer.echo(run_table.markdown(each.tables[title].drop(columns=_counted(each.tables[title]))))
+    for line in written:
+        typer.echo(line)
+    if not found:
+        raise typer.Exit(SOME_FAILED)
+
+
+def _counted(table: pd.DataFrame) -> list[str]:
+    """Name the columns that say how many runs are behind a number, which a line beside the table says too."""
+    return [name for name in table.columns if str(name).startswith("runs_")]
 
 
 def report(

@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from pipeline.assess.georeference import Frame, GeoreferenceError, north_up
-from pipeline.hazard.layers import BANDS, Layer, layers
+from pipeline.hazard.layers import BANDS, ERROR, Layer, layers
 from pipeline.store.folder import whole
 
 if TYPE_CHECKING:
@@ -171,7 +171,7 @@ def _rows(
             "units": layer.threshold_units,
         }
         for bound, values in layer.values.items():
-            for share in shares:
+            for share in shares if bound != ERROR else ():
                 shape = outline(values, share, frame)
                 if not shape.is_empty:
                     yield shape, {**about, **runs, "share": share, "bound": BANDS[bound], "area": shape.area}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -10,7 +10,10 @@ import xarray as xr
 
 from pipeline.assess.probability import BOUNDS
 
-BANDS = {"": "estimate", "_lower": "lower bound", "_upper": "upper bound"}
+ERROR = "_error"
+BANDS = {"": "estimate", "_lower": "lower bound", "_upper": "upper bound", ERROR: "half width of the error"}
+# of shares that are coloured
+LEAST_SHOWN = 0.01
 Kind = Literal["share", "rate", "value", "time", "class"]
 
 
@@ -19,7 +22,8 @@ class Layer:
     """One map.
 
     name : of its files. title, units : for people. kind : what its values are. values : by bound, over y and
-    x; a time has no bounds. threshold : what is exceeded, in ``threshold_units``.
+    x; a time has no bounds, an emulated share has its error in their place. threshold : what is exceeded, in
+    ``threshold_units``.
     """
 
     name: str
@@ -32,6 +36,14 @@ class Layer:
     threshold_units: str = ""
 
     @property
+    def in_doubt(self) -> xr.DataArray | None:
+        """Where the error exceeds the number; None without an error."""
+        if ERROR not in self.values:
+            return None
+        doubt: xr.DataArray = (self.values[ERROR] > self.values[""]) & (self.values[""] > LEAST_SHOWN)
+        return doubt
+
+    @property
     def is_certain(self) -> bool:
         """Whether the bounds are the map itself."""
         return all(values.equals(self.values[""]) for values in self.values.values())
@@ -41,8 +53,8 @@ def layers(found: xr.Dataset) -> Iterator[Layer]:
     """List the maps of hazard results, on whatever grid they are."""
     for name in found.data_vars:
         quantity, _, what = str(name).rpartition("_")
-        if what == "exceedance" and f"{quantity}_threshold" in found.coords:
-            yield from _thresholds(found, quantity)
+        if what in ("exceedance", "emulated") and f"{quantity}_threshold" in found.coords:
+            yield from _thresholds(found, quantity, what)
         elif what == "quantile":
             for i, level in enumerate(found["quantile"].to_numpy().tolist()):
                 title = f"{_words(quantity)} that {level:g} of the {_counted(found)} keep to"
@@ -81,17 +93,20 @@ def _periods(found: xr.Dataset) -> Iterator[Layer]:
         yield Layer(f"intensity_{longest:g}_years", title, "", "class", values)
 
 
-def _thresholds(found: xr.Dataset, quantity: str) -> Iterator[Layer]:
-    """List the maps of shares above the thresholds of one quantity."""
+def _thresholds(found: xr.Dataset, quantity: str, what: str) -> Iterator[Layer]:
+    """List the maps of shares above the thresholds of one quantity, of the runs or emulated ones."""
+    emulated = what == "emulated"
+    endings = ("", ERROR) if emulated else BOUNDS
     thresholds = found[f"{quantity}_threshold"]
     units = thresholds.attrs["units"]
     for i, threshold in enumerate(thresholds.to_numpy().tolist()):
         values = {
             bound: part.isel({thresholds.name: i}, drop=True)
-            for bound, part in _bounds(found, f"{quantity}_exceedance").items()
+            for bound, part in _bounds(found, f"{quantity}_{what}", endings).items()
         }
-        title = f"share of {_counted(found)} with a {_words(quantity)} above {threshold:g} {units}"
-        name = f"{quantity}_above_{threshold:g}"
+        counted = "emulated share of events" if emulated else f"share of {_counted(found)}"
+        title = f"{counted} with a {_words(quantity)} above {threshold:g} {units}"
+        name = f"{quantity}_above_{threshold:g}{'_emulated' if emulated else ''}"
         yield Layer(name, title, "1", "share", values, quantity, threshold, units)
 
 
@@ -100,8 +115,8 @@ def _counted(found: xr.Dataset) -> str:
     return "events" if "events_per_year" in found.attrs else "runs"
 
 
-def _bounds(found: xr.Dataset, name: str) -> dict[str, xr.DataArray]:
-    return {bound: found[name + bound] for bound in BOUNDS}
+def _bounds(found: xr.Dataset, name: str, endings: Sequence[str] = BOUNDS) -> dict[str, xr.DataArray]:
+    return {bound: found[name + bound] for bound in endings}
 
 
 def _words(quantity: str) -> str:

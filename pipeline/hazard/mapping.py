@@ -27,6 +27,7 @@ from pipeline.inputs.reference_system import cf_attributes
 from pipeline.runs import profile_ends
 from pipeline.scenario.scenario import stored
 from pipeline.settings.hazard import Hazard
+from pipeline.settings.settings import Settings
 from pipeline.store.folder import whole
 from pipeline.store.place import store_paths
 from pipeline.store.storage import Location
@@ -44,6 +45,8 @@ _log = logging.getLogger(__name__)
 FILE = "hazard.nc"
 SHORTEST = "shortest_return_period"
 WHOLE = "all scenarios"
+# of what maps say, where they lie
+LAID = ("georeference", "crs")
 # each holds a chunk of runs
 THREADS = 2
 PASCALS = 1000.0
@@ -267,43 +270,35 @@ def of_place(
     """
     held: dict[str, xr.Dataset] = {}
     asked: dict[str, Hazard] = {}
-    grounds: dict[str, str] = {}
-    systems: dict[str, dict[str, str]] = {}
-    marks: dict[str, str] = {}
+    said: dict[str, dict[str, str]] = {}
     beyond = 0
     for path in store_paths(out):
         store = open_store(path)
         name = str(store.attrs["title"])
         settings = stored(store.attrs)
         asked[name] = settings.hazard.model_copy(update=dict(thresholds))
-        ground = settings.georeference
-        # what receptors and releases are given in says nothing of where the profile lies
-        where = {"receptors", "releases"}
-        grounds[name] = "" if ground is None else ground.model_dump_json(exclude=where)
-        systems[name] = {"crs": str(store.attrs["crs"])} if "crs" in store.attrs else {}
+        said[name] = about(store, settings)
         held[name] = ensemble(store, spacing)
-        about = {key: store.attrs[key] for key in ("scenario_hash", "solver_hash", "lmls_version")}
-        marks[name] = json.dumps([receptor.model_dump(mode="json") for receptor in settings.places])
         beyond += (count := profile_ends.count(store["warning"].to_numpy()))
         _log.info("maps of %s", name)
         found = map_hazard(held[name], asked[name])
         found.attrs["comment"] += profile_ends.note(count)
-        about |= {"georeference": grounds[name], "receptors": marks[name], **systems[name]}
-        yield name, found.assign_attrs(title=name, **about)
+        yield name, found.assign_attrs(title=name, **said[name])
     if len(held) > 1:
         runs = together(held)
         first, *others = asked
         for other in others:
             if asked[other] != asked[first]:
                 raise NotTogetherError(f"{first} and {other} differ in what is asked for under hazard")
-            if (grounds[other], systems[other]) != (grounds[first], systems[first]):
+            if any(said[other].get(key) != said[first].get(key) for key in LAID):
                 raise NotTogetherError(f"{first} and {other} differ in their georeference")
         found = map_hazard(runs, asked[first])
         found.attrs["comment"] += profile_ends.note(beyond)
-        about = {"georeference": grounds[first], "scenarios": ", ".join(held), **systems[first]}
+        where = {key: said[first][key] for key in LAID if key in said[first]}
         # receptors of one scenario need not be those of another
-        alike = len({*marks.values()}) == 1
-        yield WHOLE, found.assign_attrs(title=WHOLE, receptors=marks[first] if alike else "[]", **about)
+        alike = len({each["receptors"] for each in said.values()}) == 1
+        marks = said[first]["receptors"] if alike else "[]"
+        yield WHOLE, found.assign_attrs(title=WHOLE, receptors=marks, scenarios=", ".join(held), **where)
 
 
 def read(path: Path) -> xr.Dataset:
@@ -322,7 +317,20 @@ def read(path: Path) -> xr.Dataset:
     return found
 
 
-def write(found: xr.Dataset, folder: Path) -> Path:
+def about(store: xr.Dataset, settings: Settings) -> dict[str, str]:
+    """Give what maps of a store say of the scenario and of where it lies."""
+    ground = settings.georeference
+    # what receptors and releases are given in says nothing of where the profile lies
+    where = {"receptors", "releases"}
+    return {
+        **{key: str(store.attrs[key]) for key in ("scenario_hash", "solver_hash", "lmls_version")},
+        "georeference": "" if ground is None else ground.model_dump_json(exclude=where),
+        "receptors": json.dumps([receptor.model_dump(mode="json") for receptor in settings.places]),
+        **({"crs": str(store.attrs["crs"])} if "crs" in store.attrs else {}),
+    }
+
+
+def write(found: xr.Dataset, folder: Path, file: str = FILE) -> Path:
     """Write hazard maps as NetCDF (CF) to a folder, made where it is missing; what was there is replaced.
 
     Raises
@@ -331,7 +339,7 @@ def write(found: xr.Dataset, folder: Path) -> Path:
         If it cannot be written.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    path = folder / FILE
+    path = folder / file
     found = _mapped(found)
     encoding: dict[str, dict[str, object]] = {
         **{str(name): {"zlib": True, "complevel": 4} for name in found.data_vars},

@@ -23,7 +23,7 @@ from pipeline.assess.georeference import Frame
 from pipeline.assess.plots import CHARACTERS_PER_INCH, COLOURS, LEVELS
 from pipeline.assess.relief import draw_relief
 from pipeline.hazard import intensity
-from pipeline.hazard.layers import Layer
+from pipeline.hazard.layers import ERROR, Layer
 
 Array = NDArray[np.float64]
 WIDTH = 8.0
@@ -35,7 +35,13 @@ LEVEL_COLOURS = ("#fdf6c3", "#fee45c", "#4f8fcc", "#d7352b")
 UNKNOWN_COLOUR = "0.8"
 # of colours on a hillshade
 OVER_RELIEF = 0.8
-PANEL_TITLES = {"": "estimate", "_lower": "lower bound", "_upper": "upper bound"}
+PANEL_TITLES = {
+    "": "estimate",
+    "_lower": "lower bound",
+    "_upper": "upper bound",
+    ERROR: "half width of its error",
+}
+IN_DOUBT = "hatched where its error exceeds it"
 
 
 def draw(layer: Layer, found: xr.Dataset, frame: Frame | None, path: Path) -> Path:
@@ -70,6 +76,8 @@ def draw(layer: Layer, found: xr.Dataset, frame: Frame | None, path: Path) -> Pa
     colours = _Colours(layer, over_relief=relief)
     for panel, bound in zip(panels, shown, strict=True):
         colours.fill(panel, east, north, layer.values[bound].to_numpy())
+        if bound == "":
+            _hatch(panel, east, north, layer.in_doubt)
         if relief:
             draw_relief(panel, east[0], north[:, 0], found["elevation"].to_numpy())
         else:
@@ -77,7 +85,8 @@ def draw(layer: Layer, found: xr.Dataset, frame: Frame | None, path: Path) -> Pa
         _frame_panel(panel, frame, corners)
         mark_receptors(panel, frame, found, named=bound == "")
         if len(shown) > 1:
-            panel.set_title(PANEL_TITLES[bound], fontsize="medium", loc="left", pad=3)
+            note = f", {IN_DOUBT}" if bound == "" and ERROR in shown else ""
+            panel.set_title(PANEL_TITLES[bound] + note, fontsize="medium", loc="left", pad=3)
     _scale_bar(panels[0], frame, width)
     colours.explain(figure, panels)
     for panel in panels if wide else panels[:2]:
@@ -117,6 +126,9 @@ def _panels(shape: float, count: int, wide: bool) -> tuple[Figure, list[Axes]]:
     figure = Figure(figsize=size, layout="compressed", dpi=150)
     if wide:
         return figure, list(figure.subplots(count, 1, sharex=True, squeeze=False).flat)
+    if count == 2:
+        figure.set_size_inches(WIDTH + 1.2, 0.5 * height + 1.2)
+        return figure, list(figure.subplots(1, 2, squeeze=False).flat)
     grid = figure.add_gridspec(2, 2, height_ratios=(2, 1)) if count > 1 else figure.add_gridspec(1, 1)
     below = [figure.add_subplot(grid[1, i]) for i in range(count - 1)]
     return figure, [figure.add_subplot(grid[0, :]), *below]
@@ -181,7 +193,8 @@ class _Colours:
     def explain(self, figure: Figure, panels: Sequence[Axes]) -> None:
         """Add the legend."""
         if self.layer.kind != "class":
-            names = {"share": " ".join(self.layer.title.split()[:3]), "rate": "events a year", "time": "time"}
+            share = self.layer.title.removeprefix("emulated ").split()[:3]
+            names = {"share": " ".join(share), "rate": "events a year", "time": "time"}
             label = names.get(self.layer.kind, self.layer.quantity.replace("_", " "))
             units = f" ({self.layer.units})" if self.layer.units != "1" else ""
             bar = figure.colorbar(
@@ -204,6 +217,13 @@ class _Colours:
         panels[0].legend(
             handles=handles, loc="upper left", bbox_to_anchor=(1.01, 1), frameon=False, borderaxespad=0
         )
+
+
+def _hatch(panel: Axes, x: Array, y: Array, doubt: xr.DataArray | None) -> None:
+    """Hatch where an error exceeds the number it is of."""
+    if doubt is None or not doubt.any():
+        return
+    panel.contourf(x, y, doubt.to_numpy().astype(float), levels=[0.5, 1.5], colors="none", hatches=["/////"])
 
 
 def _contour_bed(panel: Axes, x: Array, y: Array, found: xr.Dataset) -> None:

@@ -31,11 +31,26 @@ WHOLE = Part(1, 1)
 # file of a store that makes it one
 ROOT = "zarr.json"
 MOST_NAMED = 5
+# between the name of a scenario and that of one of its finer levels, which no name of a scenario has
+LEVEL = "/"
 
 
 def store_path(out: Location, name: str) -> Location:
-    """Store of a scenario."""
-    return out / f"{name}.zarr"
+    """Store of a scenario; that of a finer level, ``valley/4m``, is a group within it."""
+    whole, _, level = name.partition(LEVEL)
+    path = out / f"{whole}.zarr"
+    return path / f"{level}.zarr" if level else path
+
+
+def store_name(path: Location) -> str:
+    """Name of the scenario, or of the level, that a store is of."""
+    return f"{path.parent.stem}{LEVEL}{path.stem}" if path.parent.suffix == ".zarr" else path.stem
+
+
+def level_paths(path: Location) -> list[Location]:
+    """List the stores of the levels of a scenario, the coarsest first, which is the store itself."""
+    finer = [each for each in path.glob("*m.zarr") if is_made(each)]
+    return [path, *sorted(finer, key=lambda each: -float(each.stem.removesuffix("m")))]
 
 
 def store_paths(out: Location) -> list[Location]:

@@ -1,0 +1,138 @@
+"""Probabilities to be above thresholds over many draws, with the variance of what few runs leave open."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtr
+
+from emulator.levels import Draws, Levels, Predictor, scaled_paths
+from emulator.scores import TWO_SIDED, ExceedanceScore, exceedance_score
+
+Array = NDArray[np.float64]
+
+# outputs whose draws, and whose paths, are held at once
+OUTPUTS_AT_ONCE = 1000
+PATHS_AT_ONCE = 100
+PATHS = 100
+# outputs that fewer of the first draws exceed, or all but fewer, are looked at no further
+CERTAIN = 1e-5
+# what the number of draws and the choices of the method leave open
+REST = 0.0025
+# probabilities whose change between levels is typical
+TYPICAL = (0.01, 0.99)
+ALLOWANCE = 2.0
+
+
+@dataclass(frozen=True)
+class Exceedance:
+    """Probabilities of outputs to be above a threshold, shape (c,) each.
+
+    probability : on the finest level. coarse : on the coarsest one. variance : of the probability over what
+    the runs leave open. score : by leave-one-out. levels : how many.
+    """
+
+    probability: Array
+    coarse: Array
+    variance: Array
+    score: ExceedanceScore
+    levels: int
+
+    @property
+    def sampling(self) -> Array:
+        """Half the width of the 95 % interval of what few runs leave open."""
+        return TWO_SIDED * np.sqrt(self.variance)
+
+    @property
+    def typical_change(self) -> float:
+        """Root mean square change between the levels where it is not certain; NaN without any such output."""
+        low, high = TYPICAL
+        open_ended = (self.probability > low) & (self.probability < high)
+        change = (self.probability - self.coarse)[open_ended]
+        return float(np.sqrt(np.mean(change**2))) if change.size else float("nan")
+
+    def discretisation(self, typical: float | None = None) -> Array:
+        """Give an allowance for the finest spacing; NaN with one level, which says nothing of it.
+
+        It is the change from the coarsest level to the finest, and where the probability is neither next to 0
+        nor to 1 at least twice the typical change: differences of levels vary in sign from place to place.
+        """
+        if self.levels == 1:
+            return np.full_like(self.probability, np.nan)
+        change = np.abs(self.probability - self.coarse)
+        usual = self.typical_change if typical is None else typical
+        low, high = TYPICAL
+        open_ended = (self.probability > low) & (self.probability < high)
+        return np.where(open_ended, np.fmax(change, ALLOWANCE * usual), change)
+
+    def total(self, typical: float | None = None) -> Array:
+        """Half width of sampling and discretisation together; NaN with one level."""
+        return self.sampling + self.discretisation(typical) + REST
+
+
+def exceedance(levels: Levels, level: float, draws: Draws, weight: Array) -> Exceedance:
+    """Give the probabilities of the outputs of an emulator to be above a level.
+
+    ``p = mean over draws of Phi((mean - level) / deviation)``. Its variance is that over paths of the
+    emulator, times the calibration of the score, and the Brier score over the number of runs.
+
+    Parameters
+    ----------
+    levels : Levels
+        The emulator.
+    level : float
+        Threshold of its outputs.
+    draws : Draws
+        What the probability is over.
+    weight : array, shape (n,)
+        Share of each run of the coarsest level, their sum is 1.
+    """
+    coarse = levels.outputs[0]
+    score = exceedance_score(coarse > level, *levels.leave_one_out(), level, weight)
+    runs = 1 / float(weight @ weight)
+    count = coarse.shape[1]
+    found = {name: np.zeros(count) for name in ("probability", "coarse", "spread", "variance")}
+    few, few_share = draws.at[draws.first], draws.share_of_first
+    at_first, at_all = Predictor(levels.parts, few), None
+    paths = scaled_paths(levels.parts, few, PATHS)
+    for start in range(0, count, OUTPUTS_AT_ONCE):
+        block = levels.of(slice(start, start + OUTPUTS_AT_ONCE))
+        mean, deviation = at_first(block)
+        rough = few_share @ ndtr((mean - level) / deviation)
+        some = np.flatnonzero((rough > CERTAIN) & (rough < 1 - CERTAIN))
+        at = slice(start, start + len(rough))
+        found["probability"][at] = rough
+        found["coarse"][at] = few_share @ _probability(at_first, block, level, only_coarsest=True)
+        if some.size:
+            at_all = at_all or Predictor(levels.parts, draws.at)
+            part, rows = block.of(some), start + some
+            each = _probability(at_all, part, level)
+            found["probability"][rows] = draws.share @ each
+            found["spread"][rows] = draws.share @ (each * (1 - each))
+            found["coarse"][rows] = draws.share @ _probability(at_all, part, level, only_coarsest=True)
+            found["variance"][rows] = _over_paths(part, mean[:, some] - level, paths, few_share)
+    unsharp = np.maximum(score.brier, score.calibration * found["spread"])
+    variance = score.calibration * found["variance"] + unsharp / runs
+    return Exceedance(found["probability"], found["coarse"], variance, score, len(levels.parts))
+
+
+def _probability(at: Predictor, levels: Levels, level: float, only_coarsest: bool = False) -> Array:
+    mean, deviation = at(levels, only_coarsest)
+    found: Array = ndtr((mean - level) / deviation)
+    return found
+
+
+def _over_paths(levels: Levels, above: Array, paths: list[Array], share: Array) -> Array:
+    """Variance over paths of the share of draws above 0, (c,), of outputs with means ``above``, (m, c)."""
+    found = np.empty(above.shape[1])
+    for start in range(0, len(found), PATHS_AT_ONCE):
+        part = slice(start, start + PATHS_AT_ONCE)
+        roots = [np.sqrt(scale[part]).astype(np.float32) for scale in levels.scales]
+        whole = sum(
+            root[:, None, None] * path.astype(np.float32) for root, path in zip(roots, paths, strict=True)
+        )
+        exceeds = whole > -above[:, part].T[:, :, None]
+        found[part] = np.einsum("cmk,m->ck", exceeds, share).var(axis=1, ddof=1)
+    return found

@@ -1,0 +1,99 @@
+"""Emulators of one number a run, as the run-out, or of its logarithm, by leave-one-out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from emulator.exceedance import ALLOWANCE
+from emulator.levels import Draws, Levels, Predictor, fit_levels
+from emulator.quantiles import quantile
+from emulator.scores import ScalarScore, scalar_score
+
+Array = NDArray[np.float64]
+Rows = NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class Scalar:
+    """Emulator of one number a run. logarithm : whether that is emulated. score : on this scale."""
+
+    levels: Levels
+    logarithm: bool
+    score: ScalarScore
+
+    def predict(self, at: Array) -> tuple[Array, Array, Array]:
+        """Median and bounds of 95 % of the number at places, shape (m,) each."""
+        predictor = Predictor(self.levels.parts, at)
+        mean, deviation = (held[:, 0] for held in predictor(self.levels))
+        ends = mean, mean - 2 * deviation, mean + 2 * deviation
+        median, lower, upper = (np.exp(end) if self.logarithm else end for end in ends)
+        return median, lower, upper
+
+
+@dataclass(frozen=True)
+class Quantiles:
+    """Quantiles of a number a run, shape (shares,) each, with half widths of their errors.
+
+    discretisation : NaN with one level. total : of both.
+    """
+
+    values: Array
+    sampling: Array
+    discretisation: Array
+
+    @property
+    def total(self) -> Array:
+        """Half width of sampling and discretisation together; NaN with one level."""
+        return self.sampling + self.discretisation
+
+
+def fit_scalar(inputs: Sequence[Array], values: Sequence[Array], pairs: Sequence[Rows]) -> Scalar:
+    """Fit an emulator to one number a run, shape (runs of the level,), the coarsest level first.
+
+    Raises
+    ------
+    ValueError
+        If a level has too few runs.
+    """
+    found = []
+    for logarithm in (False, True):
+        if logarithm and min(float(each.min()) for each in values) <= 0:
+            continue
+        scaled = [(np.log(each) if logarithm else each)[:, None] for each in values]
+        levels = fit_levels(inputs, scaled, pairs)
+        mean, deviation = (held[:, 0] for held in levels.leave_one_out())
+        # density of the runs as predicted from the others, of the number itself
+        density = -0.5 * ((scaled[0][:, 0] - mean) / deviation) ** 2 - np.log(deviation)
+        density -= np.log(values[0]) if logarithm else 0.0
+        score = scalar_score(scaled[0][:, 0], mean, deviation)
+        found.append((float(density.sum()), Scalar(levels, logarithm, score)))
+    return max(found, key=lambda each: each[0])[1]
+
+
+def quantiles(scalar: Scalar, shares: Sequence[float], draws: Draws, weight: Array) -> Quantiles:
+    """Give quantiles of a number a run over draws.
+
+    Parameters
+    ----------
+    scalar : Scalar
+        Its emulator.
+    shares : sequence of float
+        Probabilities that are kept to.
+    draws : Draws
+        What they are over.
+    weight : array, shape (n,)
+        Share of each run of the coarsest level, their sum is 1.
+    """
+    found = [quantile(scalar.levels, share, draws, weight) for share in shares]
+    ends = [np.array([getattr(each, end) for each in found]) for end in ("value", "lower", "upper", "coarse")]
+    value, lower, upper, coarse = (np.exp(end) if scalar.logarithm else end for end in ends)
+    change = np.abs(value - coarse)
+    usual = ALLOWANCE * float(np.sqrt(np.mean(change**2)))
+    discretisation = (
+        np.maximum(change, usual) if len(scalar.levels.parts) > 1 else np.full_like(value, np.nan)
+    )
+    return Quantiles(value, np.maximum(upper - value, value - lower), discretisation)

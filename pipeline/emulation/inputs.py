@@ -1,0 +1,126 @@
+"""Varied parameters of runs as places for the emulator, and draws of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from emulator.levels import Draws, draws
+from pipeline.assess.ensemble import weights
+from pipeline.emulation.errors import NotEmulatedError
+from pipeline.scenario.design import draw
+from pipeline.scenario.sweep import Value
+from pipeline.settings.sample import Lognormal
+from pipeline.settings.settings import Settings
+
+Array = NDArray[np.float64]
+PATH_DRAWS = 512
+# of draws that weights within an entry of the sweep may differ by
+SAME = 1e-9
+
+
+@dataclass(frozen=True)
+class Input:
+    """How one varied parameter is brought to about one: numbers over their range, words as one column each.
+
+    logarithm : of a lognormal parameter. low, high : of the runs. words : all but the first of a parameter
+    that is no number.
+    """
+
+    logarithm: bool
+    low: float
+    high: float
+    words: tuple[str, ...] = ()
+
+    def of(self, values: Sequence[Value] | NDArray[np.generic]) -> Array:
+        """Give the columns of values, shape (n, columns)."""
+        if self.words:
+            texts = np.array([str(value) for value in values])
+            return np.stack([texts == word for word in self.words], axis=1).astype(np.float64)
+        numbers = np.asarray(values, np.float64)
+        numbers = np.log(numbers) if self.logarithm else numbers
+        if self.high <= self.low:
+            # one value in all runs says nothing
+            return np.empty((len(numbers), 0))
+        return ((numbers - self.low) / (self.high - self.low))[:, None]
+
+
+def _input(values: NDArray[np.generic], logarithm: bool) -> Input:
+    if values.dtype.kind not in "fiu":
+        return Input(False, 0.0, 0.0, tuple(sorted({str(value) for value in values}))[1:])
+    numbers = values.astype(np.float64)
+    numbers = np.log(numbers) if logarithm else numbers
+    return Input(logarithm, float(numbers.min()), float(numbers.max()))
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """Varied parameters of a scenario.
+
+    settings : of the scenario. store : of its coarsest level.
+    """
+
+    settings: Settings
+    store: xr.Dataset
+
+    @cached_property
+    def by_key(self) -> dict[str, Input]:
+        """How each varied parameter is scaled, by its key, in the order of the design."""
+        sample = self.settings.sample
+        given = {str(c.attrs["key"]): c.to_numpy() for c in self.store.coords.values() if "key" in c.attrs}
+        lognormal = {
+            key for key, each in (sample.values.items() if sample else ()) if isinstance(each, Lognormal)
+        }
+        return {key: _input(given[key], key in lognormal) for key in self.settings.varied}
+
+    def of(self, store: xr.Dataset) -> Array:
+        """Give the places of the runs of a store, shape (runs, inputs)."""
+        given = {str(c.attrs["key"]): c.to_numpy() for c in store.coords.values() if "key" in c.attrs}
+        return np.concatenate([each.of(given[key]) for key, each in self.by_key.items()], axis=1)
+
+    @cached_property
+    def entries(self) -> list[tuple[Value, ...]]:
+        """Entries of the sweep, in the order of the runs; one without values where nothing is swept."""
+        return list(product(*self.settings.sweep.values()))
+
+    @cached_property
+    def shares(self) -> Array:
+        """Share of each entry of the sweep in probabilities, shape (entries,), their sum is 1.
+
+        Raises
+        ------
+        NotEmulatedError
+            If draws of an entry differ in their weights, which says that they are of another distribution.
+        """
+        by_entry = weights(self.store).reshape(len(self.entries), -1)
+        if np.ptp(by_entry, axis=1).max() > SAME:
+            raise NotEmulatedError("expected equal weights of all draws, found one a run")
+        share: Array = by_entry.sum(axis=1)
+        return share
+
+    def draws(self, count: int) -> Draws:
+        """Draw from the distributions of the sample, for every entry of the sweep that counts.
+
+        Parameters
+        ----------
+        count : int
+            Draws over all entries, at least one each.
+        """
+        assert self.settings.sample is not None
+        used = np.flatnonzero(self.shares > 0)
+        each = 1 << max(0, int(np.log2(max(1, count // len(used)))))
+        asked = self.settings.sample.model_copy(update={"count": each, "design": "sobol", "levels": ()})
+        drawn = draw(asked)
+        groups = [self._of_entry(self.entries[i], drawn, each) for i in used]
+        return draws(groups, self.shares[used].tolist(), PATH_DRAWS)
+
+    def _of_entry(self, entry: tuple[Value, ...], drawn: Mapping[str, Sequence[Value]], count: int) -> Array:
+        swept = {key: (value,) * count for key, value in zip(self.settings.sweep, entry, strict=True)}
+        given = {**swept, **drawn}
+        return np.concatenate([each.of(given[key]) for key, each in self.by_key.items()], axis=1)

@@ -1,0 +1,125 @@
+"""Emulated maps: shares above thresholds with their errors, beside those of the runs and their bounds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import dask
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from emulator.exceedance import REST, Exceedance, exceedance
+from emulator.levels import Draws
+from pipeline.assess.frames import on_surface
+from pipeline.assess.probability import BOUNDS
+from pipeline.assess.probability import exceedance as plain_exceedance
+from pipeline.emulation.sampled import Sampled
+from pipeline.emulation.thresholds import Threshold, limit_of
+from pipeline.hazard.mapping import BOUND_NAMES, QUANTITIES, THREADS, Quantity
+from pipeline.settings.hazard import Hazard
+from pipeline.store.variables import COORDINATES, SURFACE_COORDINATES
+
+Array = NDArray[np.float64]
+EMULATED = "_emulated"
+ERRORS = {
+    "_sampling": "half width of its 95 % interval for the few runs",
+    "_discretisation": "half width of its allowance for the spacing; missing with one spacing",
+    "_error": "half width of its total error; with one spacing of sampling alone",
+}
+
+
+def mapped(runs: Sampled, asked: Hazard, chosen: Sequence[Threshold], draws: Draws) -> xr.Dataset | None:
+    """Map the thresholds that leave-one-out supports; None where there is none.
+
+    Returns
+    -------
+    Dataset
+        Over ``y`` and ``x`` of the finest level: ``<quantity>_emulated`` by ``<quantity>_threshold`` with
+        ``_sampling``, ``_discretisation`` and ``_error``, and the share of the runs ``<quantity>_exceedance``
+        with its bounds, of the coarsest level.
+    """
+    grid = runs.whole[-1]
+    found = xr.Dataset(coords={name: c for name, c in grid.coords.items() if "run" not in c.dims})
+    for name in found.coords:
+        known = SURFACE_COORDINATES if on_surface(grid) else COORDINATES
+        found[name].attrs = next((v.cf_attributes for v in known if v.name == name), {})
+    for quantity in QUANTITIES:
+        some = [
+            each
+            for each in chosen
+            if each.quantity == quantity and not each.receptor and not each.verdict.refused
+        ]
+        if some:
+            found.update(_quantity(runs, asked, quantity, some, draws))
+    return found if len(found.data_vars) else None
+
+
+def _quantity(
+    runs: Sampled, asked: Hazard, quantity: Quantity, some: Sequence[Threshold], draws: Draws
+) -> xr.Dataset:
+    weight = runs.weight(runs.usable[0])
+    layers: dict[str, list[Array]] = {ending: [] for ending in ("", *ERRORS)}
+    for each in some:
+        assert each.chosen is not None
+        result = exceedance(each.chosen.levels, each.chosen.level, draws, weight)
+        for ending, held in with_errors(result).items():
+            layers[ending].append(_laid(runs, held, 0.0 if ending == "" else REST))
+    dim = f"{quantity.name}_threshold"
+    thresholds = [each.threshold for each in some]
+    about = {"long_name": f"threshold of the {quantity.long_name}", "units": quantity.units}
+    found = xr.Dataset(coords={dim: (dim, thresholds, about)})
+    words = f"emulated share of events whose {quantity.long_name} exceeds the threshold"
+    name = f"{quantity.name}{EMULATED}"
+    for ending, maps in layers.items():
+        said = words if not ending else f"{words}: {ERRORS[ending]}"
+        whole = np.stack(maps).astype(np.float32)
+        found[name + ending] = ((dim, "y", "x"), whole, {"long_name": said, "units": "1"})
+    return found.merge(_plain(runs, quantity, thresholds, asked, dim))
+
+
+def with_errors(result: Exceedance, typical: float | None = None) -> Mapping[str, Array]:
+    """Give probabilities and their errors by the endings of their names.
+
+    The error of one level is that of sampling: nothing is known of its spacing.
+    """
+    total = result.total(typical) if result.levels > 1 else result.sampling + REST
+    return {
+        "": result.probability,
+        "_sampling": result.sampling,
+        "_discretisation": result.discretisation(typical),
+        "_error": total,
+    }
+
+
+def _laid(runs: Sampled, values: Array, beyond: float) -> Array:
+    """Lay what is over the part that the flow comes to on the whole lattice."""
+    part, whole = runs.ensembles[-1], runs.whole[-1]
+    laid = np.full((whole.sizes["y"], whole.sizes["x"]), beyond)
+    at = [int(np.abs(whole[axis].to_numpy() - float(part[axis][0])).argmin()) for axis in ("y", "x")]
+    size = part.sizes["y"], part.sizes["x"]
+    laid[at[0] : at[0] + size[0], at[1] : at[1] + size[1]] = values.reshape(size)
+    return laid
+
+
+def _plain(
+    runs: Sampled, quantity: Quantity, thresholds: Sequence[float], asked: Hazard, dim: str
+) -> xr.Dataset:
+    """Give the share of the runs of the coarsest level and its bounds, at the nearest of its points."""
+    limits = [limit_of(quantity, threshold, asked.density) for threshold in thresholds]
+    grid, coarse = runs.whole[-1], runs.whole[0]
+    with dask.config.set(scheduler="threads", num_workers=THREADS):
+        shares = xr.Dataset(plain_exceedance(coarse[quantity.field], limits, coarse, dim)).compute()
+    near = shares.sel(x=grid["x"], y=grid["y"], method="nearest").assign_coords(x=grid["x"], y=grid["y"])
+    words = f"share of runs whose {quantity.long_name} exceeds the threshold"
+    spacing = f", at {runs.spacings[0]:g} m" if len(runs.stores) > 1 else ""
+    return xr.Dataset(
+        {
+            f"{quantity.name}_exceedance{bound}": (
+                (dim, "y", "x"),
+                near[bound].transpose(dim, "y", "x").to_numpy().astype(np.float32),
+                {"long_name": words + spacing + BOUND_NAMES[bound], "units": "1"},
+            )
+            for bound in BOUNDS
+        }
+    )

@@ -1,0 +1,97 @@
+"""Emulators of what is mapped: one for each threshold over the lattice, and one for each receptor."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from emulator import support
+from emulator.fields import Chosen, choose
+from emulator.support import Verdict
+from pipeline.emulation.sampled import Sampled
+from pipeline.hazard.mapping import PASCALS, QUANTITIES, Quantity
+from pipeline.settings.hazard import Hazard
+
+# what values of a field are relative to, in its units: some hundredths of it are the least that is told
+SIZES = {"max_depth": 1.0, "max_speed": 5.0, "max_momentum_flux": 10.0}
+
+
+@dataclass(frozen=True)
+class Threshold:
+    """A threshold of a quantity over the lattice, or at a receptor, and what emulates it.
+
+    chosen : None where the threshold is too low.
+    """
+
+    quantity: Quantity
+    threshold: float
+    receptor: str
+    chosen: Chosen | None
+    verdict: Verdict
+
+    @property
+    def words(self) -> str:
+        """``depth above 0.5 m``, with the receptor where it is of one."""
+        told = f"{self.quantity.name.replace('_', ' ')} above {self.threshold:g} {self.quantity.units}"
+        return f"{told}, {self.receptor or 'map'}"
+
+    def row(self, scenario: str) -> dict[str, object]:
+        """Row of the table of leave-one-out."""
+        score = None if self.chosen is None else self.chosen.score
+        single = None if self.chosen is None else self.chosen.of_values
+        return {
+            "scenario": scenario,
+            "what": self.words,
+            "verdict": self.verdict.word,
+            "brier_ratio": np.nan if score is None else score.ratio,
+            "calibration": np.nan if score is None else score.calibration,
+            "q2": np.nan if single is None else single.q2,
+            "coverage": np.nan if single is None else single.coverage,
+            "worst": np.nan if single is None else single.worst,
+            "reason": self.verdict.reason,
+        }
+
+
+def limit_of(quantity: Quantity, threshold: float, density: float) -> float:
+    """Give the value of its field at which a quantity reaches a threshold: of a pressure the speed."""
+    return float(np.sqrt(threshold * PASCALS / density)) if quantity.name == "pressure" else threshold
+
+
+def fitted(runs: Sampled, asked: Hazard) -> list[Threshold]:
+    """Fit what is asked for on maps, and at receptors, where depth counts from what reaches them on."""
+    return [each for name in SIZES for each in _of_field(runs, asked, name)]
+
+
+def _of_field(runs: Sampled, asked: Hazard, name: str) -> Iterator[Threshold]:
+    """Fit the thresholds of all quantities that come from one field."""
+    if name not in runs.stores[0]:
+        return
+    wanted: dict[tuple[Quantity, float], float] = {}
+    for quantity in QUANTITIES:
+        thresholds = set(getattr(asked, quantity.name)) if quantity.field == name else set()
+        if thresholds and quantity.name == "depth" and runs.threshold is not None:
+            thresholds.add(runs.threshold)
+        for threshold in sorted(thresholds):
+            wanted[quantity, threshold] = limit_of(quantity, threshold, asked.density)
+    if not wanted:
+        return
+    fields = runs.fields(name)
+    limits = list(dict.fromkeys(wanted.values()))
+    maps, places = choose(fields, limits, runs.weight(runs.usable[0]), SIZES[name])
+    for (quantity, threshold), limit in wanted.items():
+        if threshold in getattr(asked, quantity.name):
+            yield Threshold(quantity, threshold, "", maps.get(limit), _verdict(maps.get(limit), threshold))
+        for receptor in fields[0].places:
+            chosen = places.get((receptor, limit))
+            yield Threshold(quantity, threshold, receptor, chosen, _verdict(chosen, threshold))
+
+
+def _verdict(chosen: Chosen | None, threshold: float) -> Verdict:
+    if chosen is None:
+        return Verdict(f"a threshold of {threshold:g} is too low to be told from dry")
+    found = support.of_exceedance(chosen.score)
+    if found.refused or chosen.of_values is None:
+        return found
+    return Verdict(warned=(*found.warned, *support.jumps(chosen.of_values)))

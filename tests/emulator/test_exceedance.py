@@ -1,0 +1,146 @@
+import numpy as np
+import pytest
+from known_maps import X, Y, depths, places
+
+from emulator import support
+from emulator.exceedance import exceedance
+from emulator.fields import FieldLevel, choose
+from emulator.latent import WET, Latent
+from emulator.levels import draws
+from emulator.scores import exceedance_score
+
+THRESHOLDS = (0.25, 0.5, 1.0)
+
+
+def level(at, pairs=None, **more):
+    spots = {"far": np.array([10 * len(X) + 20, 10 * len(X) + 19])}
+    return FieldLevel(at, depths(at, **more), Y, X, spots, pairs)
+
+
+@pytest.fixture(scope="module")
+def found():
+    at, weight = places(64), np.full(64, 1 / 64)
+    maps, spots = choose([level(at)], THRESHOLDS, weight)
+    over = draws([places(4096, seed=9)], [1.0], 512)
+    return {
+        **{key: exceedance(each.levels, each.level, over, weight) for key, each in maps.items()},
+        **{key: exceedance(each.levels, each.level, over, weight) for key, each in spots.items()},
+    }
+
+
+@pytest.fixture(scope="module")
+def truth():
+    return depths(places(8192, seed=11))
+
+
+@pytest.mark.parametrize("threshold", THRESHOLDS)
+def test_maps_are_nearer_to_the_truth_than_shares_and_their_intervals_hold_it(found, truth, threshold):
+    known = (truth > threshold).mean(axis=0).ravel()
+    open_ended = (known > 0.01) & (known < 0.99)
+    error = (found[threshold].probability - known)[open_ended]
+    plain = ((depths(places(64)) > threshold).mean(axis=0).ravel() - known)[open_ended]
+    assert np.sqrt(np.mean(error**2)) < 0.6 * np.sqrt(np.mean(plain**2))
+    assert np.mean(np.abs(error) <= found[threshold].sampling[open_ended]) > 0.95
+    # half of what independent draws leave open
+    alone = 1.96 * np.sqrt(known * (1 - known) / 64)[open_ended]
+    assert found[threshold].sampling[open_ended].mean() < 0.6 * alone.mean()
+
+
+def test_what_reaches_a_place_is_the_largest_of_its_cells(found, truth):
+    row = 10 * len(X) + 20
+    largest = truth.reshape(len(truth), -1)[:, [row, row - 1]].max(axis=1)
+    for threshold in (0.25, 0.5):
+        one = found["far", threshold]
+        assert one.probability[0] == pytest.approx(np.mean(largest > threshold), abs=one.sampling[0] + 0.0025)
+
+
+def test_one_level_says_nothing_of_its_spacing(found):
+    assert np.isnan(found[0.5].discretisation()).all()
+    assert np.isnan(found[0.5].total()).all()
+
+
+def test_few_runs_of_a_finer_level_correct_many_of_a_coarser_one():
+    at, over = places(32), draws([places(4096, seed=9)], [1.0], 512)
+    levels = [level(at), level(at[:8], np.arange(8), thinner=0.2)]
+    weight = np.full(32, 1 / 32)
+    chosen = choose(levels, (0.5,), weight)[0][0.5]
+    both = exceedance(chosen.levels, chosen.level, over, weight)
+    known = (depths(places(8192, seed=11), thinner=0.2) > 0.5).mean(axis=0).ravel()
+    open_ended = (known > 0.01) & (known < 0.99)
+    error = np.abs(both.probability - known)[open_ended]
+    assert np.sqrt(np.mean(error**2)) < 0.25 * np.sqrt(np.mean((both.coarse - known)[open_ended] ** 2))
+    assert (both.total() >= both.sampling + both.discretisation()).all()
+    assert np.mean(error <= both.total()[open_ended]) > 0.99
+    assert (both.discretisation()[open_ended] >= 2 * both.typical_change - 1e-12).all()
+
+
+def test_the_largest_runs_may_be_missing():
+    at = places(64)
+    large = np.argsort(at @ [0.7, 0.3])[-8:]
+    rest = np.setdiff1d(np.arange(64), large)
+    weight = np.full(56, 1 / 56)
+    chosen = choose([level(at[rest])], (0.5,), weight)[0][0.5]
+    filled = exceedance(chosen.levels, chosen.level, draws([places(4096, seed=9)], [1.0], 512), weight)
+    known = (depths(places(8192, seed=11)) > 0.5).mean(axis=0).ravel()
+    open_ended = (known > 0.01) & (known < 0.99)
+    left_out = (depths(at[rest]) > 0.5).mean(axis=0).ravel()
+    error = np.abs(filled.probability - known)[open_ended]
+    assert np.sqrt(np.mean(error**2)) < 0.4 * np.sqrt(np.mean((left_out - known)[open_ended] ** 2))
+    assert np.mean(error <= filled.sampling[open_ended]) > 0.9
+
+
+def test_groups_of_draws_count_by_their_share():
+    at, weight = places(32), np.full(32, 1 / 32)
+    chosen = choose([level(at)], (0.5,), weight)[0][0.5]
+    halves = [places(512, seed=1) * [0.5, 1], places(512, seed=1) * [0.5, 1] + [0.5, 0]]
+    one, other, both = (
+        exceedance(chosen.levels, chosen.level, draws(groups, shares, 512), weight).probability
+        for groups, shares in (([halves[0]], [1.0]), ([halves[1]], [1.0]), (halves, [0.25, 0.75]))
+    )
+    open_ended = (both > 0.001) & (both < 0.999)
+    assert both[open_ended] == pytest.approx((0.25 * one + 0.75 * other)[open_ended], abs=1e-9)
+
+
+def test_the_latent_depth_goes_on_falling_away_from_the_flow():
+    field = np.zeros((3, 5))
+    field[1, 1] = 1.0
+    found = Latent(0.01).of([field], (2.0, 2.0))[0]
+    assert found[1, 1] == 1
+    assert found[1, 2:] == pytest.approx([WET - 0.01 * far for far in (2, 4, 6)], abs=1e-6)
+    assert found[0, 0] == pytest.approx(WET - 0.01 * np.hypot(2, 2), abs=1e-6)
+    rooted = Latent(0.01, root=True).of([0.25 * field], (2.0, 2.0))[0]
+    assert rooted[1, 1] == 0.5
+    assert Latent(0.01).of([0 * field], (2.0, 2.0)).max() < 0
+    with pytest.raises(ValueError, match=r"at least 0.02, found 0.01"):
+        Latent(0.01).level(0.01)
+
+
+def test_a_score_of_predictions_no_better_than_the_share_is_one():
+    above = np.array([[True], [False], [True], [False]])
+    weight = np.full(4, 0.25)
+    # a certain prediction, and one that is the share of the other runs
+    sure = exceedance_score(above, np.where(above, 9.0, -9.0), np.ones((4, 1)), 0.0, weight)
+    assert sure.ratio == pytest.approx(0, abs=1e-12)
+    from scipy.special import ndtri
+
+    others = np.where(above, 1 / 3, 2 / 3)
+    blind = exceedance_score(above, ndtri(others), np.ones((4, 1)), 0.0, weight)
+    assert blind.ratio == pytest.approx(1)
+    assert blind.brier == pytest.approx(4 / 9)
+    assert blind.calibration == pytest.approx(2)
+
+
+@pytest.mark.parametrize(("ratio", "word"), [(0.1, "supported"), (0.2, "doubtful"), (0.3, "refused")])
+def test_thresholds_are_refused_by_their_ratio(ratio, word):
+    from emulator.scores import ExceedanceScore
+
+    verdict = support.of_exceedance(ExceedanceScore(ratio, 1.0, np.zeros(1)))
+    assert verdict.word == word
+    assert (f"{ratio:.2f}" in verdict.reason) == (word != "supported")
+
+
+def test_noise_is_refused():
+    at = places(64)
+    noise = np.random.default_rng(0).uniform(0, 1, (64, len(Y), len(X)))
+    chosen = choose([FieldLevel(at, noise, Y, X, {})], (0.5,), np.full(64, 1 / 64))[0][0.5]
+    assert support.of_exceedance(chosen.score).word == "refused"
