@@ -18,7 +18,7 @@ OUTPUTS_AT_ONCE = 1000
 PATHS_AT_ONCE = 100
 PATHS = 100
 # outputs that fewer of the first draws exceed, or all but fewer, are looked at no further
-CERTAIN = 1e-5
+CERTAIN = 1e-4
 # what the number of draws and the choices of the method leave open
 REST = 0.0025
 # probabilities whose change between levels is typical
@@ -95,7 +95,7 @@ def exceedance(levels: Levels, level: float, draws: Draws, weight: Array) -> Exc
     count = coarse.shape[1]
     found = {name: np.zeros(count) for name in ("probability", "coarse", "spread", "variance")}
     few, few_share = draws.at[draws.first], draws.share_of_first
-    at_first, at_all = Predictor(levels.parts, few), None
+    at_first, at_all = Predictor(levels.parts, few, single=True), None
     paths = scaled_paths(levels.parts, few, PATHS)
     for start in range(0, count, OUTPUTS_AT_ONCE):
         block = levels.of(slice(start, start + OUTPUTS_AT_ONCE))
@@ -104,14 +104,18 @@ def exceedance(levels: Levels, level: float, draws: Draws, weight: Array) -> Exc
         some = np.flatnonzero((rough > CERTAIN) & (rough < 1 - CERTAIN))
         at = slice(start, start + len(rough))
         found["probability"][at] = rough
-        found["coarse"][at] = few_share @ _probability(at_first, block, level, only_coarsest=True)
+        if len(levels.parts) > 1:
+            rough = few_share @ _probability(at_first, block, level, only_coarsest=True)
+        found["coarse"][at] = rough
         if some.size:
-            at_all = at_all or Predictor(levels.parts, draws.at)
+            at_all = at_all or Predictor(levels.parts, draws.at, single=True)
             part, rows = block.of(some), start + some
             each = _probability(at_all, part, level)
             found["probability"][rows] = draws.share @ each
-            found["spread"][rows] = draws.share @ (each * (1 - each))
-            found["coarse"][rows] = draws.share @ _probability(at_all, part, level, only_coarsest=True)
+            found["spread"][rows] = found["probability"][rows] - draws.share @ np.square(each)
+            if len(levels.parts) > 1:
+                each = _probability(at_all, part, level, only_coarsest=True)
+            found["coarse"][rows] = draws.share @ each
             found["variance"][rows] = _over_paths(part, mean[:, some] - level, paths, few_share)
     unsharp = np.maximum(score.brier, score.calibration * found["spread"])
     variance = score.calibration * found["variance"] + unsharp / runs
@@ -120,7 +124,9 @@ def exceedance(levels: Levels, level: float, draws: Draws, weight: Array) -> Exc
 
 def _probability(at: Predictor, levels: Levels, level: float, only_coarsest: bool = False) -> Array:
     mean, deviation = at(levels, only_coarsest)
-    found: Array = ndtr((mean - level) / deviation)
+    mean -= level
+    mean /= deviation
+    found: Array = ndtr(mean, out=mean)
     return found
 
 

@@ -126,19 +126,26 @@ def draws(groups: Sequence[Array], shares: Sequence[float], most_paths: int) -> 
 
 
 class Predictor:
-    """Predictions of an emulator at places, whose weights are computed once for all outputs."""
+    """Predictions of an emulator at places, whose weights are computed once for all outputs.
 
-    def __init__(self, parts: Sequence[Kriging], at: Array) -> None:
+    In single precision they are several times faster, and good to some millionths of a probability.
+    """
+
+    def __init__(self, parts: Sequence[Kriging], at: Array, *, single: bool = False) -> None:
+        self._kind = np.float32 if single else np.float64
         held = [part.predictor(at) for part in parts]
-        self._weights = [weights for weights, _ in held]
-        self._variances = [variance[:, None] for _, variance in held]
+        self._weights = [weights.astype(self._kind) for weights, _ in held]
+        self._variances = [variance[:, None].astype(self._kind) for _, variance in held]
 
     def __call__(self, levels: Levels, only_coarsest: bool = False) -> tuple[Array, Array]:
         """Mean and standard deviation of outputs, shape (m, c)."""
         count = 1 if only_coarsest else len(levels.parts)
-        mean = sum(self._weights[i] @ levels.outputs[i] for i in range(count))
-        variance = sum(self._variances[i] * levels.scales[i] for i in range(count))
-        return np.asarray(mean), np.sqrt(variance)
+        mean = self._weights[0] @ levels.outputs[0].astype(self._kind)
+        variance = self._variances[0] * levels.scales[0].astype(self._kind)
+        for i in range(1, count):
+            mean += self._weights[i] @ levels.outputs[i].astype(self._kind)
+            variance += self._variances[i] * levels.scales[i].astype(self._kind)
+        return mean, np.sqrt(variance)
 
 
 def scaled_paths(parts: Sequence[Kriging], at: Array, count: int, seed: int = 0) -> list[Array]:

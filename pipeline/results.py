@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import xarray as xr
 
 from pipeline.store import run_table, zarr_store
-from pipeline.store.place import store_path, store_paths
+from pipeline.store.place import store_name, store_path, store_paths, with_levels
 from pipeline.store.storage import Location, store_of
 from pipeline.store.variables import STATUS, Status
 
@@ -52,7 +52,9 @@ class Results(Mapping[str, xr.Dataset]):
         self.place = place
         self.interrupted = interrupted
         self.trouble = trouble
-        self._names = tuple(path.stem for path in store_paths(place)) if names is None else tuple(names)
+        self._names = (
+            tuple(map(store_name, with_levels(store_paths(place)))) if names is None else tuple(names)
+        )
         self._opened: dict[str, xr.Dataset] = {}
 
     def __getitem__(self, name: str) -> xr.Dataset:

@@ -32,7 +32,7 @@ from pipeline.runs.shared_points import SharedPoints, kept
 from pipeline.runs.template import shares, template
 from pipeline.scenario.scenario import Scenario, differences, said
 from pipeline.store import layout, provenance, run_table, zarr_store
-from pipeline.store.place import WHOLE, Part, checkpoint_path, store_path, summary_path
+from pipeline.store.place import LEVEL, WHOLE, Part, checkpoint_path, hidden, store_path, summary_path
 from pipeline.store.storage import Location, is_made, storage_of
 from pipeline.store.variables import Status
 from solver.forms import Kind
@@ -149,7 +149,7 @@ def complete(
                 layout.add_summaries(path)
             carried: SharedPoints | Location = shared
             if part == WHOLE:
-                carried = stack.enter_context(kept(shared, out / f".{scenario.name}.points.partial"))
+                carried = stack.enter_context(kept(shared, out / f".{hidden(scenario.name)}.points.partial"))
             wanted = pending(path, retry_failed)
             left.append(Todo(scenario, path, runs, carried, wanted, limits, checkpoints, part))
         left = _sharing(left, scenarios, out)
@@ -226,6 +226,10 @@ def _changed(scenarios: Sequence[Scenario], out: Location) -> dict[str, list[str
         lines += [f"{path}: made by something else: {line}" for line in provenance.differences(before)]
         if lines:
             found[scenario.name] = lines
+    for scenario in scenarios:
+        # a store that is replaced takes those of its levels with it
+        if scenario.name.partition(LEVEL)[0] in found:
+            found.setdefault(scenario.name, [])
     return found
 
 

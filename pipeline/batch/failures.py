@@ -12,7 +12,7 @@ from pipeline.batch.task import Outcome
 from pipeline.runs.runs import expand
 from pipeline.scenario.scenario import Scenario
 from pipeline.scenario.strict_yaml import Path, parse
-from pipeline.store.place import store_path
+from pipeline.store.place import store_name, store_path
 from pipeline.store.storage import Location
 from pipeline.store.variables import Status
 from pipeline.store.zarr_store import open_store
@@ -105,7 +105,7 @@ def listed(scenarios: Iterable[Scenario], failed: Sequence[Outcome]) -> Iterator
     """Give a line for each failed run, up to a number: its place, the run, its varied values, the reason."""
     named = {scenario.name: scenario for scenario in scenarios}
     for outcome in sorted(failed, key=lambda each: (each.path, each.run))[:MOST_LISTED]:
-        scenario = named[outcome.path.stem]
+        scenario = named[store_name(outcome.path)]
         values = expand(scenario).parameters(outcome.run)
         told = Failed(scenario.name, outcome.run, dict(values), outcome.reason)
         yield f"{place(scenario, outcome.run)}: {told}"

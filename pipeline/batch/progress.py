@@ -22,6 +22,7 @@ from rich.progress import (
 from rich.progress import Progress as Bar
 
 from pipeline.batch.task import Outcome
+from pipeline.store.place import store_name
 from pipeline.store.variables import Status
 
 LINES = 50
@@ -113,7 +114,7 @@ class Progress:
         self._note(outcome)
         if failed:
             self.failures.append(outcome)
-        name = f"{outcome.path.stem} run {outcome.run}"
+        name = f"{store_name(outcome.path)} run {outcome.run}"
         if failed:
             self.tell(f"{name}: failed: {outcome.reason}")
         elif not self.console.is_terminal and self.ended % self._every == 0:
@@ -132,7 +133,8 @@ class Progress:
         if self.log is None:
             return
         now = datetime.now(UTC).isoformat(timespec="seconds")
-        line = f"{now} {outcome.path.stem} run {outcome.run}: {outcome.status.words}, {outcome.elapsed:.3g} s"
+        name = f"{store_name(outcome.path)} run {outcome.run}"
+        line = f"{now} {name}: {outcome.status.words}, {outcome.elapsed:.3g} s"
         with suppress(OSError):
             self.log.write(f"{line}{': ' if outcome.reason else ''}{outcome.reason}\n")
             self.log.flush()

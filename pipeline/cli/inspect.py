@@ -51,15 +51,15 @@ def verify(out: Out) -> None:
     Exit codes: 0 all is as it was written, 1 something is not, 2 there are no results.
     """
     from pipeline.cli.display import working
-    from pipeline.store.place import store_paths
+    from pipeline.store.place import store_name, store_paths, with_levels
     from pipeline.store.verify import verify
 
     with exit_on_errors(reading=True):
-        paths = store_paths(out)
+        paths = with_levels(store_paths(out))
     reports = []
     with working("verify") as told:
         for path in paths:
-            told.stage(path.stem)
+            told.stage(store_name(path))
             reports.append(verify(path))
     for report in reports:
         typer.echo(f"{report.name}: {report.runs} ended runs, {len(report.faults) or 'no'} faults")

@@ -21,8 +21,8 @@ from pipeline.emulation.errors import NotEmulatedError
 from pipeline.emulation.inputs import Inputs
 from pipeline.scenario.scenario import stored
 from pipeline.settings.settings import Settings
-from pipeline.store.place import level_paths
-from pipeline.store.storage import Location
+from pipeline.store.place import LEVEL, store_path
+from pipeline.store.storage import Location, is_made
 from pipeline.store.zarr_store import open_store
 
 Array = NDArray[np.float64]
@@ -153,8 +153,11 @@ def sampled(path: Location) -> Iterator[Sampled]:
         If nothing is sampled, or too few runs are computed.
     """
     with ExitStack() as stack:
-        stores = [stack.enter_context(open_store(each)) for each in level_paths(path)]
+        stores = [stack.enter_context(open_store(path))]
         settings = stored(stores[0].attrs)
+        levels = () if settings.sample is None else settings.sample.levels[1:]
+        finer = [store_path(path.parent, f"{path.stem}{LEVEL}{level.name}") for level in levels]
+        stores += [stack.enter_context(open_store(each)) for each in finer if is_made(each)]
         if settings.sample is None:
             raise NotEmulatedError("expected a sample, as draws come from its distributions; found none")
         if "max_depth" not in stores[0]:

@@ -19,8 +19,9 @@ from pipeline.mistakes import BadInput, Mistake, describe
 from pipeline.scenario import checks
 from pipeline.scenario.design import draw
 from pipeline.scenario.ground import Ground
+from pipeline.scenario.levels import split
 from pipeline.scenario.schema_errors import check
-from pipeline.scenario.strict_yaml import parse
+from pipeline.scenario.strict_yaml import Document, parse
 from pipeline.settings.receptor import Receptor
 from pipeline.settings.settings import OF_ALL_RUNS, Settings, json_schema
 
@@ -71,7 +72,7 @@ class Scenario:
 
 
 def load(sources: Iterable[str | Path | Mapping[str, Any]]) -> list[Scenario]:
-    """Read and check scenarios, in the order given.
+    """Read and check scenarios, in the order given; one with levels comes as one scenario a spacing.
 
     Parameters
     ----------
@@ -102,32 +103,35 @@ def load(sources: Iterable[str | Path | Mapping[str, Any]]) -> list[Scenario]:
             mistakes.append(document.mistake(("name",), found))
         elif isinstance(name, str):
             names[name] = str(path)
-        checked = checks.check_document(document, Path() if document.no_file else path.parent)
-        wrong = [*document.mistakes, *checked.mistakes]
-        if checked.settings is None and not wrong:
-            # no file is passed over in silence, whatever its checks overlook
-            wrong = [document.mistake((), "expected a scenario, found one whose mistake has no name")]
-        mistakes += wrong
-        if checked.settings is not None:
-            content = _content(checked)
-            digest = hashlib.sha256(content.encode()).hexdigest()
-            scenarios.append(
-                Scenario(
-                    checked.settings,
-                    path,
-                    text,
-                    _placed(document.data, checked.settings),
-                    content,
-                    digest,
-                    checked.tables,
-                    checked.points,
-                    checked.warnings,
-                    checked.ground,
-                )
-            )
+        folder = Path() if document.no_file else path.parent
+        for part, checked in split(document, checks.check_document(document, folder), folder):
+            wrong = [*part.mistakes, *checked.mistakes]
+            if checked.settings is None and not wrong:
+                # no file is passed over in silence, whatever its checks overlook
+                wrong = [part.mistake((), "expected a scenario, found one whose mistake has no name")]
+            mistakes += wrong
+            if checked.settings is not None:
+                scenarios.append(_scenario(part, checked, path, text))
     if mistakes:
         raise BadInput(mistakes)
     return scenarios
+
+
+def _scenario(document: Document, checked: checks.Checked, path: Path, text: str) -> Scenario:
+    assert checked.settings is not None
+    content = _content(checked)
+    return Scenario(
+        checked.settings,
+        path,
+        text,
+        _placed(document.data, checked.settings),
+        content,
+        hashlib.sha256(content.encode()).hexdigest(),
+        checked.tables,
+        checked.points,
+        checked.warnings,
+        checked.ground,
+    )
 
 
 def stored(attributes: Mapping[str, Any]) -> Settings:
@@ -213,6 +217,9 @@ def _content(checked: checks.Checked) -> str:
     """Give the canonical JSON of settings and files; keys stay in order, as that of the sweep matters."""
     assert checked.settings is not None
     held = checked.settings.model_dump(mode="json", exclude=IRRELEVANT)
+    if held.get("sample"):
+        # each is a scenario of its own
+        held["sample"].pop("levels")
     tables = {name: table.digest for name, table in sorted(checked.tables.items())}
     files = {} if checked.points is None else {"file": checked.points.digest}
     whole = {**held, "points": {**held["points"], **files}, "tables": tables}

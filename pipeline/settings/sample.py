@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Annotated, Literal, Protocol, TypeVar
 
 import numpy as np
@@ -11,6 +12,8 @@ from pipeline.settings.points import Seed
 from pipeline.settings.section import Positive, Section, check_finite_scalar, key, relation
 
 MOST_RUNS = 100_000
+# designs whose first draws are designs too
+NESTED = ("sobol", "random")
 
 Scalar = Annotated[int | float | str | bool, BeforeValidator(check_finite_scalar)]
 
@@ -122,6 +125,18 @@ def power_of_two(count: int) -> bool:
     return not count & (count - 1)
 
 
+class SampleLevel(Section):
+    """Runs of a sample on one spacing."""
+
+    spacing: Positive = key("of the points", "m")
+    count: Annotated[int, Field(gt=0, le=MOST_RUNS)] = key("draws, the first ones of the sample")
+
+    @property
+    def name(self) -> str:
+        """Name of the level, ``4m``."""
+        return f"{self.spacing:g}m"
+
+
 class Sample(Section):
     """Parameters drawn at random, one run a draw; with a sweep, the same draws for each of its runs."""
 
@@ -129,7 +144,13 @@ class Sample(Section):
         "a distribution for each sampled key (`material.bed_friction`, `release.0.volume`)"
     )
     count: Annotated[int, Field(gt=0, le=MOST_RUNS)] = key(
-        "draws; with `saltelli` they are `count` times the number of keys plus 2"
+        "draws; with `saltelli` they are `count` times the number of keys plus 2. Left out with `levels`",
+        default=None,
+    )
+    levels: tuple[SampleLevel, ...] = key(
+        "many draws on a wide spacing, and the first of them on closer ones, the widest first; "
+        "`pipeline emulate` puts them together",
+        default=(),
     )
     design: Literal["sobol", "latin-hypercube", "saltelli", "random"] = key(
         "how the draws cover the space",
@@ -158,6 +179,30 @@ class Sample(Section):
             i, j = (keys.index(name) for name in each.between)
             matrix[i, j] = matrix[j, i] = each.value
         return matrix
+
+    @model_validator(mode="after")
+    def _levelled(self) -> Sample:
+        if not self.levels:
+            if self.count is None:
+                raise relation("expected a number of draws, or levels", "count")
+            return self
+        if "count" in self.model_fields_set and self.count is not None:
+            raise relation(f"expected none beside levels, found {self.count}", "count", "levels")
+        if len(self.levels) < 2:
+            raise relation("expected two levels or more, found 1", "levels")
+        if self.design not in NESTED:
+            found = f"expected sobol or random with levels, found {self.design}"
+            raise relation(f"{found}, whose first draws are no design", "design", "levels")
+        for i, (wide, close) in enumerate(pairwise(self.levels), 1):
+            if not close.spacing < wide.spacing:
+                found = f"expected a spacing below {wide.spacing:g}, found {close.spacing:g}"
+                raise relation(found, f"levels.{i}.spacing")
+            if close.count > wide.count:
+                found = f"expected at most {wide.count} draws, found {close.count}"
+                raise relation(found, f"levels.{i}.count")
+        # frozen for all but its own making
+        object.__setattr__(self, "count", self.levels[0].count)
+        return self
 
     @model_validator(mode="after")
     def _well_posed(self) -> Sample:

@@ -12,7 +12,7 @@ from pipeline.settings.erodible_bed import ErodibleBed
 from pipeline.settings.generated import tag
 from pipeline.settings.hazard import Georeference, Hazard
 from pipeline.settings.physics import DEFAULT_SCHEME, AnyRelease, AnyScheme, AnyTerrain, Material
-from pipeline.settings.points import Points, Region
+from pipeline.settings.points import LatticePoints, Points, Region
 from pipeline.settings.receptor import Receptor
 from pipeline.settings.sample import Sample, Scalar
 from pipeline.settings.section import Positive, Section, key, relation
@@ -307,6 +307,27 @@ class Settings(Section):
                 expected = f"expected 1 to {MOST_FRAMES:,} frames until {self.latest_end:g} s"
                 found = f"{expected}, found {frames:.3g}"
                 raise relation(found, "time.output_every", "time.end", "domain")
+        return self
+
+    @model_validator(mode="after")
+    def _levelled(self) -> Settings:
+        levels = () if self.sample is None else self.sample.levels
+        if not levels:
+            return self
+        if not isinstance(self.points, LatticePoints):
+            raise relation("expected a lattice with levels", "points", "sample.levels")
+        closest = levels[-1].spacing
+        if self.points.spacing != closest:
+            found = f"expected that of the last level, {closest:g}, found {self.points.spacing:g}"
+            raise relation(found, "points.spacing", "sample.levels")
+        if self.domain is None and not self.on_surface:
+            raise relation("expected a domain, which all levels share", "domain", "sample.levels")
+        if self.output.threshold is None:
+            raise relation("expected a depth, which all levels share", "output.threshold", "sample.levels")
+        for name in ("weights", "return_periods"):
+            if isinstance(getattr(self, name), tuple):
+                found = "expected lists by key of the sweep with levels, found one a run"
+                raise relation(found, name, "sample.levels")
         return self
 
     @model_validator(mode="after")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 
@@ -47,10 +47,16 @@ def store_name(path: Location) -> str:
     return f"{path.parent.stem}{LEVEL}{path.stem}" if path.parent.suffix == ".zarr" else path.stem
 
 
-def level_paths(path: Location) -> list[Location]:
-    """List the stores of the levels of a scenario, the coarsest first, which is the store itself."""
-    finer = [each for each in path.glob("*m.zarr") if is_made(each)]
-    return [path, *sorted(finer, key=lambda each: -float(each.stem.removesuffix("m")))]
+def hidden(name: str) -> str:
+    """Write the name of a scenario or level as the part of a name of a file."""
+    return name.replace(LEVEL, "@")
+
+
+def with_levels(paths: Sequence[Location]) -> list[Location]:
+    """List stores, each followed by those of its finer levels."""
+    return [
+        each for path in paths for each in (path, *sorted(filter(is_made, path.glob("*m.zarr")), key=str))
+    ]
 
 
 def store_paths(out: Location) -> list[Location]:
@@ -86,7 +92,7 @@ def not_a_store(path: Location) -> str:
 
 def checkpoint_path(out: Location, name: str) -> Location:
     """Folder of the checkpoints of a scenario's runs."""
-    return out / f".{name}.checkpoints"
+    return out / f".{hidden(name)}.checkpoints"
 
 
 def indices_path(out: Location) -> Location:

@@ -6,7 +6,7 @@ from io import BytesIO
 
 import pandas as pd
 
-from pipeline.store.place import store_paths
+from pipeline.store.place import store_paths, with_levels
 from pipeline.store.storage import Location, put
 from pipeline.store.variables import FIELDS, PER_RUN, RETURN_PERIOD, STATUS, WEIGHT, Status
 from pipeline.store.zarr_store import open_store
@@ -43,7 +43,7 @@ def read(out: Location) -> pd.DataFrame:
     FileNotFoundError
         If the place holds no store.
     """
-    tables = [_rows(path) for path in store_paths(out)]
+    tables = [_rows(path) for path in with_levels(store_paths(out))]
     names = dict.fromkeys(name for table in tables for name in table.columns)
     known = [*HEAD, *SHARES, *(v.name for v in PER_RUN)]
     whole = pd.concat(tables, ignore_index=True)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from pipeline.store import provenance, zarr_store
-from pipeline.store.place import holder, store_paths
+from pipeline.store.place import holder, store_name, store_paths, with_levels
 from pipeline.store.provenance import short
 from pipeline.store.storage import Location
 from pipeline.store.variables import Status
@@ -54,10 +54,12 @@ def survey(out: Location) -> Iterator[Survey]:
     FileNotFoundError
         If there is none.
     """
-    for path in store_paths(out):
+    for path in with_levels(store_paths(out)):
         if "scenario_hash" not in zarr_store.attributes(path):
             continue
-        yield Survey(path.stem, Counter(map(Status, zarr_store.statuses(path))), zarr_store.attributes(path))
+        yield Survey(
+            store_name(path), Counter(map(Status, zarr_store.statuses(path))), zarr_store.attributes(path)
+        )
 
 
 def use(out: Location) -> str:

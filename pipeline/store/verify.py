@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from pipeline.store import zarr_store
+from pipeline.store.place import store_name
 from pipeline.store.storage import Location
 from pipeline.store.variables import DIGEST, STATUS, TIMINGS, Status
 
@@ -53,7 +54,7 @@ def verify(path: Location) -> Report:
         unchanged = before == np.asarray(states[block])
         count += int((before != Status.PENDING).sum())
         faults += [line for run, line in found if unchanged[run - start]]
-    return Report(path.stem, count, tuple(faults))
+    return Report(store_name(path), count, tuple(faults))
 
 
 def _group(
