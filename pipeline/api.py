@@ -284,6 +284,7 @@ def hazard_maps(
     erosion_depth: Sequence[float] | None = None,
     spacing: float | None = None,
     pictures: bool = True,
+    emulate: bool = False,
     tell: Tell = _silent,
     warn: Tell = _warn,
 ) -> dict[str, xr.Dataset]:
@@ -302,6 +303,8 @@ def hazard_maps(
         Of the lattice that clouds are brought to, m; by default their mean spacing.
     pictures : bool
         Whether to draw the maps, where ``to`` is given.
+    emulate : bool
+        Whether to add emulated maps of sampled scenarios, see `emulate`, each with its error.
     tell, warn : callable
         Told what was made and written, and what could not be, a line each.
 
@@ -309,7 +312,7 @@ def hazard_maps(
     -------
     dict of str to Dataset
         Maps by name of scenario, those over all under ``"all scenarios"``; without these where the scenarios
-        cannot be laid over each other, which is warned of.
+        cannot be laid over each other, which is warned of. Emulated ones are under ``"<name>, emulated"``.
 
     Raises
     ------
@@ -346,6 +349,12 @@ def hazard_maps(
                     tell(str(path))
     except NotTogetherError as error:
         warn(f"no map over all scenarios: {error}")
+    for name, each in _emulated(out, thresholds, warn) if emulate else ():
+        if each.maps is not None:
+            made[f"{name}, emulated"] = each.maps
+            tell(each.comment)
+        if to is not None:
+            _write_emulated(each, Path(to) / name / "emulated", pictures, tell)
     return made
 
 
@@ -354,7 +363,9 @@ def assessment_tables(
     *,
     to: str | PathLike[str] | None = None,
     kinds: Sequence[str] = ("csv", "md"),
+    emulate: bool = False,
     tell: Tell = _silent,
+    warn: Tell = _warn,
 ) -> dict[str, pd.DataFrame]:
     """Table runs, quantiles by scenario, the run-out curve and receptors, with bounds.
 
@@ -366,14 +377,16 @@ def assessment_tables(
         Folder that the tables are written to; by default nothing is written.
     kinds : sequence of str
         How they are written: ``csv``, ``parquet``, ``md``.
-    tell : callable
-        Told the path of each file.
+    emulate : bool
+        Whether to add the tables of `emulate`.
+    tell, warn : callable
+        Told the path of each file, and what cannot be emulated.
 
     Returns
     -------
     dict of str to DataFrame
-        ``runs``, ``scenarios``, ``runout-exceedance``, ``receptors`` and ``receptor-runs``; those that have
-        no row are left out.
+        ``runs``, ``scenarios``, ``runout-exceedance``, ``receptors`` and ``receptor-runs``, emulated ones
+        where they are asked for; those that have no row are left out.
 
     Raises
     ------
@@ -387,6 +400,12 @@ def assessment_tables(
     from pipeline.assess.tables import assess, write
 
     made = assess(_place(out))
+    if emulate:
+        from pipeline.emulation.emulate import TABLES, table_of
+
+        found = [each for _, each in _emulated(out, {}, warn)]
+        added = {name: table_of(found, name) for name in TABLES}
+        made |= {name: table for name, table in added.items() if len(table)}
     if to is not None:
         with _extra("parquet"):
             for path in write(made, Path(to), list(kinds)):
@@ -482,30 +501,43 @@ def emulate(
         If something cannot be written.
     """
     from pipeline.assess.tables import write
-    from pipeline.emulation.emulate import of_place
-    from pipeline.emulation.errors import NotEmulatedError
 
     given = {"depth": depth, "speed": speed, "momentum_flux": momentum_flux, "pressure": pressure}
     thresholds = {key: _positive(key, values) for key, values in given.items() if values is not None}
     if draws < LEAST_DRAWS:
         raise OptionError("draws", f"expected at least {LEAST_DRAWS}, found {draws}")
     made: dict[str, Emulated] = {}
-    for each, found in of_place(_place(out), thresholds, name, draws):
-        if isinstance(found, NotEmulatedError):
-            if name is not None:
-                raise OptionError("", f"{each}: cannot be emulated: {found}")
-            warn(f"{each}: cannot be emulated: {found}")
-            continue
+    for each, found in _emulated(out, thresholds, warn, name, draws):
         made[each] = found
         tell(found.comment)
-        for line in found.refused:
-            warn(f"{each}: {line}; plain shares stand in the tables")
         if to is not None:
             with _extra("parquet"):
                 for path in write(dict(found.tables), Path(to) / each, list(kinds)):
                     tell(str(path))
             _write_emulated(found, Path(to) / each, pictures, tell)
     return made
+
+
+def _emulated(
+    out: Place,
+    thresholds: Mapping[str, tuple[float, ...]],
+    warn: Tell,
+    name: str | None = None,
+    draws: int = 4096,
+) -> Iterator[tuple[str, Emulated]]:
+    """Emulate the scenarios of a place; warn of those that cannot be, and of what leave-one-out refuses."""
+    from pipeline.emulation.emulate import of_place
+    from pipeline.emulation.errors import NotEmulatedError
+
+    for each, found in of_place(_place(out), thresholds, name, draws):
+        if isinstance(found, NotEmulatedError):
+            if name is not None:
+                raise OptionError("", f"{each}: cannot be emulated: {found}")
+            warn(f"{each}: cannot be emulated: {found}")
+            continue
+        for line in found.refused:
+            warn(f"{each}: {line}; plain shares stand in the tables")
+        yield each, found
 
 
 def _write_emulated(found: Emulated, folder: Path, pictures: bool, tell: Tell) -> None:
@@ -580,7 +612,9 @@ def calibrate(
     return made
 
 
-def write_report(out: Place, to: Anywhere | None = None, *, run: int | None = None) -> Location:
+def write_report(
+    out: Place, to: Anywhere | None = None, *, run: int | None = None, emulate: bool = False
+) -> Location:
     """Write one page about a place, whole in itself: maps, run-out, a run in motion, failures, versions.
 
     Parameters
@@ -591,6 +625,8 @@ def write_report(out: Place, to: Anywhere | None = None, *, run: int | None = No
         The page; by default ``report.html`` in the place.
     run : int, optional
         Position of the run shown in motion; by default that of median run-out.
+    emulate : bool
+        Whether to add emulated maps and tables, see `emulate`.
 
     Returns
     -------
@@ -609,7 +645,7 @@ def write_report(out: Place, to: Anywhere | None = None, *, run: int | None = No
     from pipeline.report.page import write_report as write
 
     place = _place(out)
-    return write(place, place / "report.html" if to is None else _writable(to), run)
+    return write(place, place / "report.html" if to is None else _writable(to), run, emulate)
 
 
 def _located(path: Anywhere) -> Location:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from math import prod
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ import pandas as pd
 import xarray as xr
 from numpy.typing import NDArray
 
+from pipeline.assess import spacing
 from pipeline.assess.ensemble import (
     Period,
     censored,
@@ -25,8 +27,8 @@ from pipeline.assess.probability import Bounded, Values, in_words
 from pipeline.assess.receptors import reached
 from pipeline.scenario.scenario import stored
 from pipeline.store import run_table
-from pipeline.store.place import store_paths
-from pipeline.store.storage import Location
+from pipeline.store.place import LEVEL, store_path, store_paths
+from pipeline.store.storage import Location, is_made
 from pipeline.store.variables import SERIES, STATUS, Status
 from pipeline.store.zarr_store import open_store
 
@@ -71,15 +73,25 @@ def assess(out: Location) -> dict[str, pd.DataFrame]:
     ValueError
         If a store lacks a field that its receptors need.
     """
-    stores = [open_store(path) for path in store_paths(out)]
+    paths = store_paths(out)
+    stores = [open_store(path) for path in paths]
+    finest = [_finest(path, store) for path, store in zip(paths, stores, strict=True)]
     try:
         by_run = [reached(store) for store in stores]
         found = {
             "runs": run_table.read(out),
-            "scenarios": pd.DataFrame(row for store in stores for row in quantiles(store)),
-            "runout-exceedance": pd.DataFrame(row for store in stores for row in runout_exceedance(store)),
+            "scenarios": pd.DataFrame(
+                row for store, fine in zip(stores, finest, strict=True) for row in quantiles(store, fine)
+            ),
+            "runout-exceedance": pd.DataFrame(
+                row
+                for store, fine in zip(stores, finest, strict=True)
+                for row in runout_exceedance(store, fine)
+            ),
             "receptors": pd.DataFrame(
-                row for store, rows in zip(stores, by_run, strict=True) for row in receptors(store, rows)
+                row
+                for store, rows, fine in zip(stores, by_run, finest, strict=True)
+                for row in receptors(store, rows, fine)
             ),
             "receptor-periods": pd.DataFrame(
                 row
@@ -89,7 +101,7 @@ def assess(out: Location) -> dict[str, pd.DataFrame]:
             "receptor-runs": pd.concat(by_run, ignore_index=True),
         }
     finally:
-        for store in stores:
+        for store in (*stores, *filter(None, finest)):
             store.close()
     return {name: rows for name, rows in found.items() if len(rows)}
 
@@ -178,8 +190,8 @@ def behind(store: xr.Dataset) -> dict[str, object]:
     return {"scenario": str(store.attrs["title"]), **counts(store).attributes}
 
 
-def quantiles(store: xr.Dataset) -> Iterator[dict[str, object]]:
-    """Table quantiles of each quantity, a row each."""
+def quantiles(store: xr.Dataset, fine: xr.Dataset | None = None) -> Iterator[dict[str, object]]:
+    """Table quantiles of each quantity, a row each; with a finer level how much a run changes on it."""
     left_out: tuple[str, ...] = ON_PROFILE if on_surface(store) else ON_SURFACE
     left_out += () if SERIES[0].name in store.variables else EROSION
     for name in (each for each in QUANTITIES if each not in left_out):
@@ -191,10 +203,34 @@ def quantiles(store: xr.Dataset) -> Iterator[dict[str, object]]:
             "units": str(store[name].attrs.get("units", "")),
             **_columns(found, NAMES),
             **{f"{name}_in_words": text for name, text in zip(NAMES, words, strict=True)},
+            **_change(store, fine, name),
         }
 
 
-def runout_exceedance(store: xr.Dataset) -> Iterator[dict[str, object]]:
+def _finest(path: Location, store: xr.Dataset) -> xr.Dataset | None:
+    """Open the finest level of a scenario; None where it has one level."""
+    sample = stored(store.attrs).sample
+    if sample is None or not sample.levels:
+        return None
+    finer = store_path(path.parent, f"{path.stem}{LEVEL}{sample.levels[-1].name}")
+    return open_store(finer) if is_made(finer) else None
+
+
+def _pairs(store: xr.Dataset, fine: xr.Dataset) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    sweep = stored(store.attrs).sweep
+    return spacing.paired(store, fine, prod(map(len, sweep.values())))
+
+
+def _change(store: xr.Dataset, fine: xr.Dataset | None, name: str) -> dict[str, float]:
+    if fine is None:
+        return {}
+    one, other = (
+        values(each, name).value[rows] for each, rows in zip((store, fine), _pairs(store, fine), strict=True)
+    )
+    return {"discretisation": spacing.typical_change(one, other)}
+
+
+def runout_exceedance(store: xr.Dataset, fine: xr.Dataset | None = None) -> Iterator[dict[str, object]]:
     """Table the probability that the run-out is longer than each of a row of distances."""
     runout = values(store, "runout_distance")
     finite = runout.value[np.isfinite(runout.value)]
@@ -204,18 +240,30 @@ def runout_exceedance(store: xr.Dataset) -> Iterator[dict[str, object]]:
     found = runout.exceedance(distances)
     for i, distance in enumerate(distances):
         one = Bounded(*(getattr(found, end)[i] for end in ("lower", "estimate", "upper")))
-        yield {**behind(store), "runout_distance": distance, **_columns(one, ["probability"])}
+        row = {**behind(store), "runout_distance": distance, **_columns(one, ["probability"])}
+        if fine is not None:
+            pairs = zip((store, fine), _pairs(store, fine), strict=True)
+            beyond = (values(each, "runout_distance").value[rows] > distance for each, rows in pairs)
+            row["probability_discretisation"] = spacing.flips(*beyond)
+        yield row
 
 
-def receptors(store: xr.Dataset, by_run: pd.DataFrame) -> Iterator[dict[str, object]]:
+def receptors(
+    store: xr.Dataset, by_run: pd.DataFrame, fine: xr.Dataset | None = None
+) -> Iterator[dict[str, object]]:
     """Table how likely each receptor is reached, and quantiles of what reaches it where it is.
 
     With return periods the probability is of an event at least as rare as the most frequent one, and
     ``annual_rate`` says how often a year that is.
     """
     frequency = events_per_year(store)
+    finer = None if fine is None else dict(iter(reached(fine).groupby("receptor", sort=False)))
     for name, rows in by_run.groupby("receptor", sort=False):
         row = {**behind(store), "receptor": str(name), **_at_receptor(store, rows)}
+        if fine is not None and finer is not None:
+            pairs = zip((rows, finer[name]), _pairs(store, fine), strict=True)
+            arrives = (each["reached"].to_numpy()[at].astype(bool) for each, at in pairs)
+            row["probability_discretisation"] = spacing.flips(*arrives)
         if frequency is not None:
             row |= {
                 f"annual_rate{end}": row[f"probability{end}"] * frequency for end in ("", "_lower", "_upper")

@@ -10,7 +10,7 @@ import typer
 
 import pipeline
 from pipeline.cli.exit_codes import exit_on_errors
-from pipeline.cli.options import Out, Store
+from pipeline.cli.options import Emulate, Out, Store
 
 
 class Kind(StrEnum):
@@ -27,6 +27,7 @@ def tables(
     kind: Annotated[
         list[Kind] | None, typer.Option(help="May be repeated.", show_default="csv and md")
     ] = None,
+    emulate: Emulate = False,
 ) -> None:
     """Table runs, scenarios and receptors, with the runs behind each number and its bounds."""
     from pipeline.cli.display import working
@@ -34,7 +35,12 @@ def tables(
 
     with exit_on_errors(reading=True), working("tables") as told:
         pipeline.assessment_tables(
-            out, to=to or at_hand(out / "tables"), kinds=kind or [Kind.CSV, Kind.MARKDOWN], tell=told.line
+            out,
+            to=to or at_hand(out / "tables"),
+            kinds=kind or [Kind.CSV, Kind.MARKDOWN],
+            emulate=emulate,
+            tell=told.line,
+            warn=told.warning,
         )
 
 

@@ -9,7 +9,7 @@ import typer
 
 import pipeline
 from pipeline.cli.exit_codes import SOME_FAILED, end, exit_on_errors
-from pipeline.cli.options import Out, Store, read_numbers
+from pipeline.cli.options import Emulate, Out, Store, read_numbers
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -84,6 +84,7 @@ def hazard(
         float | None, typer.Option(help="Of the lattice for clouds, m.", show_default="their mean spacing")
     ] = None,
     maps: Annotated[bool, typer.Option("--maps/--no-maps", help="Draw maps beside the NetCDF file.")] = True,
+    emulate: Emulate = False,
 ) -> None:
     """Map the hazard of each scenario and of all together.
 
@@ -110,6 +111,7 @@ def hazard(
             **thresholds,
             spacing=spacing,
             pictures=maps,
+            emulate=emulate,
             tell=told.line,
             warn=told.warning,
         )
@@ -173,10 +175,11 @@ def report(
     out: Out,
     to: Annotated[Path | None, typer.Option(help="Page to write.", show_default="OUT/report.html")] = None,
     run: RunShown = None,
+    emulate: Emulate = False,
 ) -> None:
     """Write one page about a place: maps, run-out, ledger, failures, versions; it needs no network."""
     from pipeline.cli.display import working
 
     with exit_on_errors(reading=True), working("report"):
-        page = pipeline.write_report(out, to, run=run)
+        page = pipeline.write_report(out, to, run=run, emulate=emulate)
     typer.echo(str(page))

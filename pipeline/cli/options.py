@@ -32,6 +32,9 @@ Store = Annotated[
     Location,
     typer.Argument(metavar="STORE", parser=read_store, help="Store of a scenario, <out>/<name>.zarr."),
 ]
+Emulate = Annotated[
+    bool, typer.Option("--emulate", help="Add emulated numbers of sampled scenarios, with their errors.")
+]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON, for other programs.")]
 
 

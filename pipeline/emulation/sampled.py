@@ -17,6 +17,7 @@ from emulator.latent import WET
 from pipeline.assess.ensemble import computed, counts, ensemble
 from pipeline.assess.frames import threshold_of
 from pipeline.assess.receptors import Cells
+from pipeline.assess.spacing import root_rows
 from pipeline.emulation.errors import NotEmulatedError
 from pipeline.emulation.inputs import Inputs
 from pipeline.scenario.scenario import stored
@@ -92,7 +93,7 @@ class Sampled:
         """Positions among the runs of the coarsest level that have the values of runs of a level."""
         entries = len(self.inputs.entries)
         count, whole = (self.stores[i].sizes["run"] // entries for i in (level, 0))
-        return rows // count * whole + rows % count
+        return root_rows(rows, count, whole)
 
     def pairs(self, chosen: Sequence[Rows]) -> list[Rows]:
         """Rows of the level before, among those chosen, that the chosen runs of each finer level are."""

@@ -282,7 +282,7 @@ def of_place(
         beyond += (count := profile_ends.count(store["warning"].to_numpy()))
         _log.info("maps of %s", name)
         found = map_hazard(held[name], asked[name])
-        found.attrs["comment"] += profile_ends.note(count)
+        found.attrs["comment"] += profile_ends.note(count) + _level(settings)
         yield name, found.assign_attrs(title=name, **said[name])
     if len(held) > 1:
         runs = together(held)
@@ -315,6 +315,15 @@ def read(path: Path) -> xr.Dataset:
         if "_FillValue" in values.attrs:
             values.encoding["_FillValue"] = values.attrs.pop("_FillValue")
     return found
+
+
+def _level(settings: Settings) -> str:
+    """Say on which spacing the runs of maps are, where a scenario has several."""
+    levels = () if settings.sample is None else settings.sample.levels
+    if not levels:
+        return ""
+    finer = ", ".join(f"{level.count} at {level.spacing:g} m" for level in levels[1:])
+    return f", at {levels[0].spacing:g} m; those of {finer} count in emulated maps"
 
 
 def about(store: xr.Dataset, settings: Settings) -> dict[str, str]:

@@ -16,12 +16,15 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from pipeline.assess.ensemble import NotTogetherError, computed
 from pipeline.assess.georeference import Frame
+from pipeline.emulation import emulate as emulation
+from pipeline.emulation.emulate import Emulated
+from pipeline.emulation.errors import NotEmulatedError
 from pipeline.hazard.layers import Layer, layers
 from pipeline.hazard.map_files import ground
 from pipeline.hazard.mapping import WHOLE, of_place
 from pipeline.hazard.pictures import draw
 from pipeline.report.figures import animation, runout_curve
-from pipeline.report.tables import TABLES, Table, what_matters
+from pipeline.report.tables import TABLES, Table, emulated_tables, what_matters
 from pipeline.store import storage
 from pipeline.store.place import indices_path, store_path, store_paths
 from pipeline.store.storage import Location
@@ -55,7 +58,7 @@ class Chapter:
     text: str = ""
 
 
-def write_report(out: Location, to: Location, run: int | None = None) -> Location:
+def write_report(out: Location, to: Location, run: int | None = None, emulate: bool = False) -> Location:
     """Write the page about a place.
 
     Parameters
@@ -67,6 +70,8 @@ def write_report(out: Location, to: Location, run: int | None = None) -> Locatio
     run : int, optional
         Position of the run that is shown in motion; by default, of each scenario, the computed one whose
         run-out is the median.
+    emulate : bool
+        Whether to add emulated maps and tables of sampled scenarios.
 
     Returns
     -------
@@ -86,9 +91,12 @@ def write_report(out: Location, to: Location, run: int | None = None) -> Locatio
         raise ValueError(f"no scenario has frames of a run {run}")
     chapters: list[Chapter] = []
     note = ""
+    emulated = dict(emulation.of_place(out, {})) if emulate else {}
     try:
         for name, found in of_place(out, {}):
-            chapters.append(_whole(found) if name == WHOLE else _scenario(out, name, found, run))
+            chapters.append(
+                _whole(found) if name == WHOLE else _scenario(out, name, found, run, emulated.get(name))
+            )
     except NotTogetherError as error:
         note = f"There is no map over all scenarios: {error}."
     environment = Environment(
@@ -108,7 +116,9 @@ def _has_frames(path: Location, run: int) -> bool:
         return "depth" in store and run < store.sizes["run"]
 
 
-def _scenario(out: Location, name: str, found: xr.Dataset, run: int | None) -> Chapter:
+def _scenario(
+    out: Location, name: str, found: xr.Dataset, run: int | None, emulated: Emulated | NotEmulatedError | None
+) -> Chapter:
     with open_store(store_path(out, name)) as store:
         _log.info("page of %s", name)
         placed = ground(found)
@@ -119,7 +129,9 @@ def _scenario(out: Location, name: str, found: xr.Dataset, run: int | None) -> C
         curve = runout_curve(store)
         first, others = _maps(found, placed)
         tables = [*(make(store) for make in TABLES)]
-        tables.insert(1, what_matters(indices_path(out), name))
+        if isinstance(emulated, Emulated) and emulated.maps is not None:
+            first = [*first, *_maps(emulated.maps, ground(emulated.maps), only="_emulated")[1]]
+        tables[1:1] = [what_matters(indices_path(out), name), *emulated_tables(emulated)]
         return Chapter(
             anchor=_anchor(name),
             name=name,
@@ -146,12 +158,12 @@ def _whole(found: xr.Dataset) -> Chapter:
     )
 
 
-def _maps(found: xr.Dataset, frame: Frame | None) -> tuple[list[Picture], list[Picture]]:
-    """Draw the maps: those that say most, and the others."""
-    held = {layer.name: layer for layer in layers(found)}
+def _maps(found: xr.Dataset, frame: Frame | None, only: str = "") -> tuple[list[Picture], list[Picture]]:
+    """Draw the maps whose names end as asked: those that say most, and the others."""
+    held = {layer.name: layer for layer in layers(found) if layer.name.endswith(only)}
     wanted: list[str] = [name for name in ("hazard_level", "intensity") if name in held]
     wanted += [name for name in held if name.startswith("intensity_")]
-    wanted += [name for name, layer in held.items() if layer.threshold is not None][:1]
+    wanted += [name for name, layer in held.items() if layer.threshold is not None and not only][:1]
     wanted += [name for name in ("arrival_rate", "arrival_time") if name in held]
     others = [name for name in held if name not in wanted and held[name].kind == "share"]
     with tempfile.TemporaryDirectory() as folder:

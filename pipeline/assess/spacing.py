@@ -1,0 +1,46 @@
+"""What changes from the coarsest level of a scenario to its finest, run by run."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from pipeline.assess.ensemble import computed
+
+Array = NDArray[np.float64]
+Rows = NDArray[np.intp]
+
+
+def root_rows(rows: Rows, count: int, whole: int) -> Rows:
+    """Positions among the runs of the coarsest level of the runs of a finer one.
+
+    rows : positions among the finer ones. count, whole : draws of the finer and of the coarsest level, which
+    each entry of a sweep has.
+    """
+    return rows // count * whole + rows % count
+
+
+def paired(coarse: xr.Dataset, fine: xr.Dataset, entries: int) -> tuple[Rows, Rows]:
+    """Give the positions of runs that are computed on both levels, coarse and fine, shape (pairs,) each.
+
+    entries : of the sweep, each of which has all draws.
+    """
+    rows = np.flatnonzero(computed(fine).to_numpy())
+    root = root_rows(rows, fine.sizes["run"] // entries, coarse.sizes["run"] // entries)
+    known = computed(coarse).to_numpy()[root]
+    return root[known], rows[known]
+
+
+def typical_change(coarse: Array, fine: Array) -> float:
+    """Root mean square change of a quantity of paired runs, (pairs,) each; NaN where none is known."""
+    known = np.isfinite(coarse) & np.isfinite(fine)
+    return float(np.sqrt(np.mean((fine - coarse)[known] ** 2))) if known.any() else float("nan")
+
+
+def flips(coarse: NDArray[np.bool_], fine: NDArray[np.bool_]) -> float:
+    """Share of paired runs that are above a threshold on one level alone; NaN without pairs.
+
+    The probability to be above it changes by no more among these runs.
+    """
+    return float(np.mean(coarse != fine)) if coarse.size else float("nan")
