@@ -15,6 +15,7 @@ from emulator.levels import Draws, draws
 from pipeline.assess.ensemble import weights
 from pipeline.emulation.errors import NotEmulatedError
 from pipeline.scenario.design import draw
+from pipeline.scenario.levels import at_level
 from pipeline.scenario.sweep import Value
 from pipeline.settings.sample import Lognormal
 from pipeline.settings.settings import Settings
@@ -115,8 +116,7 @@ class Inputs:
         assert self.settings.sample is not None
         used = np.flatnonzero(self.shares > 0)
         each = 1 << max(0, int(np.log2(max(1, count // len(used)))))
-        asked = self.settings.sample.model_copy(update={"count": each, "design": "sobol", "levels": ()})
-        drawn = draw(asked)
+        drawn = draw(at_level(self.settings.sample, each).model_copy(update={"design": "sobol"}))
         groups = [self._of_entry(self.entries[i], drawn, each) for i in used]
         return draws(groups, self.shares[used].tolist(), PATH_DRAWS)
 

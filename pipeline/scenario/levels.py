@@ -8,7 +8,13 @@ from pathlib import Path
 from pipeline.scenario import checks
 from pipeline.scenario.checks import Checked
 from pipeline.scenario.strict_yaml import Document
+from pipeline.settings.sample import Sample
 from pipeline.store.place import LEVEL
+
+
+def at_level(sample: Sample, count: int) -> Sample:
+    """Give the sample of one level: the first draws of the whole."""
+    return sample.model_copy(update={"count": count, "levels": ()})
 
 
 def split(document: Document, checked: Checked, folder: Path) -> list[tuple[Document, Checked]]:

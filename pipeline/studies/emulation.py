@@ -118,8 +118,8 @@ def errors(
             "threshold": threshold,
             "rmse": float(np.sqrt(np.mean(error**2))),
             "coverage": float(np.mean(error <= half)),
-            "half_width": float(half.mean()),
-            "half_width_of_sampling": float(alone.mean()),
+            "interval": float(half.mean()),
+            "interval_of_sampling": float(alone.mean()),
             "brier_ratio": found.score.ratio,
         }
         if plain.shape[1:] == truth.depth(slice(1)).shape[1:]:
@@ -169,7 +169,7 @@ def receptors(wide: Truth) -> Iterator[dict[str, object]]:
                 "probability": known,
                 "rmse": float(found.probability[0]) - known,
                 "coverage": float(abs(found.probability[0] - known) <= found.sampling[0]),
-                "half_width": float(found.sampling[0]),
+                "interval": float(found.sampling[0]),
                 "rmse_of_share": float((here > threshold).mean()) - known,
             }
 
@@ -190,7 +190,7 @@ def runouts(wide: Truth) -> Iterator[dict[str, object]]:
                 "value": known[i],
                 "rmse": found.values[i] - known[i],
                 "coverage": float(abs(found.values[i] - known[i]) <= found.sampling[i]),
-                "half_width": found.sampling[i],
+                "interval": found.sampling[i],
                 "rmse_of_share": np.quantile(values[rows], share) - known[i],
             }
 
@@ -208,41 +208,46 @@ def over_blocks(rows: Iterator[dict[str, object]], by: list[str]) -> pd.DataFram
 def draw(wide: Truth, close: Truth, path: Path, threshold: float = 0.5) -> None:
     """Draw the truth, the share of the runs, the emulated map and its error side by side."""
     rows = next(blocks(64))
-    runs = wide.runs(rows)
-    found = emulated(runs, [threshold])[threshold]
-    both = wide.runs(rows, close, PAIRS)
-    finer = emulated(both, [threshold])[threshold]
-    part, fine = runs.ensembles[-1], both.ensembles[-1]
-    known = cut(runs, wide.exceedance(threshold), wide.store)
-    known_close = cut(both, close.exceedance(threshold), close.store)
-    share = cut(runs, (wide.depth(rows) > threshold).mean(axis=0), wide.store)
-    panels = [
-        (f"truth: {TRUTH[WIDE]:,} runs at {WIDE:g} m", part, known),
-        (f"share of 64 runs at {WIDE:g} m", part, share),
-        (f"emulated from 64 runs at {WIDE:g} m", part, found.probability),
-        ("half width of its 95 % interval", part, found.sampling),
-        ("its error against the truth", part, np.abs(found.probability - known)),
-        (f"truth: {TRUTH[CLOSE]:,} runs at {CLOSE:g} m", fine, known_close),
-        (f"emulated from these and {PAIRS} at {CLOSE:g} m", fine, finer.probability),
-        ("half width of its total error", fine, finer.total()),
-        ("its error against the truth", fine, np.abs(finer.probability - known_close)),
-    ]
-    figure = Figure(figsize=(11, 1.75 * len(panels) / 2 + 1.2), layout="constrained", dpi=130)
-    axes = figure.subplots(-(-len(panels) // 2), 2, squeeze=False).ravel()
-    for panel, (title, grid, values) in zip(axes, panels, strict=False):
-        shape = grid.sizes["y"], grid.sizes["x"]
-        is_error = "error" in title or "interval" in title
-        mesh = panel.pcolormesh(
-            grid["x"], grid["y"], values.reshape(shape), vmin=0, vmax=0.12 if is_error else 1,
-            cmap="magma_r" if is_error else "viridis_r", shading="nearest",
-        )  # fmt: skip
-        panel.set_aspect("equal")
-        panel.set_title(title, fontsize="small", loc="left")
-        figure.colorbar(mesh, ax=panel, shrink=0.9)
-    for panel in axes[len(panels) :]:
-        panel.set_axis_off()
-    figure.suptitle(f"share of events deeper than {threshold:g} m; x and y along and across the bed in m")
+    columns = [
+        _panels(wide.runs(rows), wide, wide.depth(rows), WIDE, f"64 runs at {WIDE:g} m", threshold),
+        _panels(
+            wide.runs(rows, close, PAIRS), close, close.depth(rows[:PAIRS]), CLOSE,
+            f"64 at {WIDE:g} m, {PAIRS} at {CLOSE:g} m", threshold,
+        ),
+    ]  # fmt: skip
+    figure = Figure(figsize=(11, 9), layout="constrained", dpi=130)
+    for panels, column in zip(figure.subplots(5, 2).T, columns, strict=True):
+        for panel, (title, grid, values, largest) in zip(panels, column, strict=True):
+            shape = grid.sizes["y"], grid.sizes["x"]
+            colours = "YlGnBu" if largest == 1 else "magma_r"
+            mesh = panel.pcolormesh(
+                grid["x"], grid["y"], values.reshape(shape), vmin=0, vmax=largest, cmap=colours, shading="nearest"
+            )  # fmt: skip
+            panel.set_aspect("equal")
+            panel.set_title(title, fontsize="small", loc="left")
+            figure.colorbar(mesh, ax=panel, shrink=0.9)
+    figure.suptitle(f"share of events deeper than {threshold:g} m; along and across the bed in m")
     figure.savefig(path)
+
+
+Panel = tuple[str, xr.Dataset, Array, float]
+
+
+def _panels(
+    runs: Sampled, truth: Truth, plain: NDArray[np.float32], spacing: float, words: str, threshold: float
+) -> list[Panel]:
+    """Give title, lattice, values and largest shown value of the pictures of one column."""
+    found, part = emulated(runs, [threshold])[threshold], runs.ensembles[-1]
+    known = cut(runs, truth.exceedance(threshold), truth.store)
+    share = cut(runs, (plain > threshold).mean(axis=0), truth.store)
+    half, named = (found.sampling, "95 % interval") if found.levels == 1 else (found.total(), "total error")
+    return [
+        (f"truth: {TRUTH[spacing]:,} runs at {spacing:g} m", part, known, 1.0),
+        (f"share of {len(plain)} runs at {spacing:g} m", part, share, 1.0),
+        (f"emulated from {words}", part, found.probability, 1.0),
+        (f"half width of its {named}", part, half, 0.12),
+        ("its difference from the truth", part, np.abs(found.probability - known), 0.12),
+    ]
 
 
 def main() -> None:

@@ -1,0 +1,157 @@
+import numpy as np
+import pytest
+from known_maps import depths, places
+from sampled_stores import CLOSE, SPACING, THINNER, sheet
+
+from pipeline.emulation.emulate import emulate
+from pipeline.emulation.errors import NotEmulatedError
+from pipeline.emulation.inputs import Inputs
+from pipeline.emulation.sampled import Sampled
+from pipeline.scenario.scenario import stored
+from pipeline.store.variables import Status
+
+LARGEST = 6
+
+
+def of(stores):
+    settings = stored(stores[0].attrs)
+    return Sampled(settings, tuple(stores))
+
+
+def made(stores):
+    runs = of(stores)
+    return emulate(runs, runs.settings.hazard, 1024)
+
+
+def truth(threshold, x, thinner=0.0):
+    many = depths(places(8192, seed=3), np.array([x]), np.array([0.0]), thinner)
+    return float((many > threshold).mean())
+
+
+@pytest.fixture(scope="module")
+def whole():
+    return made(sheet())
+
+
+@pytest.fixture(scope="module")
+def two():
+    return made(sheet(levels="both"))
+
+
+@pytest.fixture(scope="module")
+def lacking():
+    (store,) = sheet()
+    volume = store["volume"].to_numpy() + 0.001 * store["turbulent_friction"].to_numpy()
+    status = np.full(64, Status.DONE)
+    status[np.argsort(volume)[-LARGEST:]] = Status.FAILED
+    return made(sheet(status=status))
+
+
+def test_leave_one_out_comes_first_and_speaks_of_all_that_is_asked(whole):
+    first = next(iter(whole.tables))
+    assert first == "leave-one-out"
+    table = whole.tables[first].set_index("what")
+    assert {"depth above 0.5 m, map", "depth above 0.1 m, far", "runout_distance"} <= {*table.index}
+    assert table.loc["depth above 0.5 m, map", "verdict"] == "supported"
+    assert table.loc["runout_distance", "q2"] > 0.99
+
+
+def test_receptors_have_probabilities_with_errors_beside_those_of_the_runs(whole):
+    rows = whole.tables["emulated-receptors"].set_index(["receptor", "threshold"])
+    for place, x in (("near", 48.0), ("far", 84.0)):
+        row = rows.loc[(place, 0.1)]
+        assert abs(row["emulated"] - truth(0.1, x)) <= row["emulated_error"]
+        assert row["probability_lower"] == row["probability"] == row["probability_upper"]
+    assert rows.loc[("far", 0.1), "verdict"] == "supported"
+    # one spacing says nothing of its error
+    assert rows["emulated_discretisation"].isna().all()
+
+
+def test_quantiles_stand_beside_those_of_the_runs(whole):
+    rows = whole.tables["emulated-scenarios"].set_index(["quantity", "share"])
+    row = rows.loc[("runout_distance", 0.95)]
+    assert row["emulated"] == pytest.approx(50 + 40 * 0.95, abs=0.5)
+    assert row["quantile_lower"] == row["quantile_upper"]
+    assert abs(row["emulated"] - row["quantile"]) < 3
+
+
+def test_maps_hold_the_share_of_the_runs_and_its_bounds_too(whole):
+    held = whole.maps.sel(depth_threshold=0.5)
+    at = {"x": 48.0, "y": 0.0}
+    error = float(held["depth_emulated_error"].sel(at))
+    assert abs(float(held["depth_emulated"].sel(at)) - truth(0.5, 48.0)) <= error
+    for name in ("depth_exceedance", "depth_exceedance_lower", "depth_exceedance_upper"):
+        assert 0 <= float(held[name].sel(at)) <= 1
+    assert held.sizes == {"x": 26, "y": 21}
+    assert np.isnan(held["depth_emulated_discretisation"]).all()
+    assert not np.isnan(held["depth_emulated_error"]).any()
+
+
+def test_missing_runs_are_filled_in_beside_their_bounds(lacking):
+    rows = lacking.tables["emulated-missing"]
+    assert len(rows) == LARGEST
+    assert (rows["status"] == "failed").all()
+    assert rows["extrapolated"].any()
+    known = 50 + 40 * (rows["turbulent_friction"] - 200) / 1000
+    assert rows["runout_distance"].to_numpy() == pytest.approx(known.to_numpy(), abs=0.5)
+    row = lacking.tables["emulated-receptors"].set_index(["receptor", "threshold"]).loc[("far", 0.1)]
+    assert abs(row["emulated"] - truth(0.1, 84.0)) < abs(row["probability"] - truth(0.1, 84.0))
+    assert row["probability_upper"] - row["probability_lower"] == pytest.approx(LARGEST / 64)
+
+
+def test_two_spacings_give_the_finer_map_and_a_total_error(two):
+    held = two.maps.sel(depth_threshold=0.5)
+    assert held.sizes == {"x": 51, "y": 41}
+    assert f"64 of 64 runs done at {SPACING:g} m; 16 of 16 runs done at {CLOSE:g} m" in two.comment
+    at = {"x": 54.0, "y": 0.0}
+    known, coarse = truth(0.5, 54.0, THINNER), float(held["depth_exceedance"].sel(at))
+    found, error = (float(held[name].sel(at)) for name in ("depth_emulated", "depth_emulated_error"))
+    assert abs(found - known) < 0.3 * abs(coarse - known)
+    assert abs(found - known) <= error
+    assert error > float(held["depth_emulated_discretisation"].sel(at)) >= abs(coarse - known) / 2
+    row = two.tables["emulated-scenarios"].set_index(["quantity", "share"]).loc[("runout_distance", 0.5)]
+    assert row["emulated"] == pytest.approx(70 + THINNER, abs=0.1)
+    assert row["emulated_error"] >= row["emulated_discretisation"] >= THINNER - 0.01
+
+
+def test_what_the_runs_do_not_support_is_refused_with_its_figure():
+    found = made(sheet(noise=0))
+    table = found.tables["leave-one-out"].set_index("what")
+    assert table.loc["depth above 0.5 m, map", "verdict"] == "refused"
+    assert "above 0.25" in table.loc["depth above 0.5 m, map", "reason"]
+    assert any(line.startswith("depth above 0.5 m, map: refused: Brier ratio") for line in found.refused)
+    assert found.maps is None
+    rows = found.tables["emulated-receptors"]
+    assert rows["emulated"].isna().all()
+    assert rows["probability"].notna().all()
+
+
+def test_a_finer_run_is_paired_with_the_coarse_one_of_the_same_draw():
+    coarse, fine = sheet(levels="both")
+    coarse["status"][3] = Status.FAILED
+    fine["status"][5] = Status.PENDING
+    runs = of([coarse, fine])
+    assert runs.usable[1].tolist() == [i for i in range(16) if i not in (3, 5)]
+    (pairs,) = runs.pairs(runs.usable)
+    for name in ("volume", "turbulent_friction"):
+        held = coarse[name].to_numpy()[runs.usable[0]][pairs]
+        assert held.tolist() == fine[name].to_numpy()[runs.usable[1]].tolist()
+
+
+def test_words_are_inputs_of_one_column_each_but_the_first():
+    (store,) = sheet(4)
+    store["turbulent_friction"] = store["turbulent_friction"].copy(
+        data=np.array(["a", "b", "c", "b"], object)
+    )
+    found = Inputs(stored(store.attrs), store).of(store)
+    assert found[:, :2].tolist() == [[0, 0], [1, 0], [0, 1], [1, 0]]
+    assert found.shape == (4, 3)
+    assert found[:, 2].min() == 0
+    assert found[:, 2].max() == 1
+
+
+def test_weights_of_single_draws_are_refused():
+    (store,) = sheet()
+    store["weight"] = ("run", np.linspace(1, 2, 64) / 96)
+    with pytest.raises(NotEmulatedError, match="expected equal weights of all draws"):
+        made([store])
