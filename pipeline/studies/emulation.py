@@ -221,7 +221,8 @@ def draw(wide: Truth, close: Truth, path: Path, threshold: float = 0.5) -> None:
             shape = grid.sizes["y"], grid.sizes["x"]
             colours = "YlGnBu" if largest == 1 else "magma_r"
             mesh = panel.pcolormesh(
-                grid["x"], grid["y"], values.reshape(shape), vmin=0, vmax=largest, cmap=colours, shading="nearest"
+                grid["x"], grid["y"], values.reshape(shape), vmin=0, vmax=largest,
+                cmap=colours, shading="nearest",
             )  # fmt: skip
             panel.set_aspect("equal")
             panel.set_title(title, fontsize="small", loc="left")

@@ -32,10 +32,15 @@ WORDS = {
     "N": "1",
     "S": "1",
     "M": "0.1",
+    "NAME": "valley",
 }
 SMALL = {
     "heap": (("points: {spacing: 1}", "output: {threshold: 0.1}\npoints: {spacing: 4}"),),
     "valley": (
+        (
+            "[{spacing: 8, count: 64}, {spacing: 4, count: 16}]",
+            "[{spacing: 32, count: 32}, {spacing: 16, count: 8}]",
+        ),
         *(("spacing: 4", "spacing: 16"), ("count: 256", "count: 40")),
         *(("[0.25, 0.5, 1]", "[0.5]"), ("[1, 5, 10]", "[5]"), ("[10, 30]", "[30]")),
     ),
@@ -53,7 +58,7 @@ ELSEWHERE = ("pip", "pytest", "ruff", "mypy", ".ci/run")
 SLOW_MODULES = (
     *("pipeline.studies.scale", "pipeline.studies.collocation_scan", "pipeline.studies.stability"),
     *("solver.verification.exact_cases", "solver.verification.surface_cases"),
-    *("pipeline.studies.convergence", "pipeline.studies.torrent_terrain"),
+    *("pipeline.studies.convergence", "pipeline.studies.torrent_terrain", "pipeline.studies.emulation"),
     "solver.verification.erosion_cases",
 )
 
@@ -62,7 +67,9 @@ def commands() -> Iterator[tuple[str, str]]:
     """Go through all commands of all pages, those that do the same once: a page, and a command."""
     seen: set[str] = set()
     for name, command in written():
-        same = re.sub(r"^pipeline (hazard|report|sensitivity|tables) OUT$", r"pipeline \1 valley", command)
+        same = re.sub(
+            r"^pipeline (emulate|hazard|report|sensitivity|tables) OUT$", r"pipeline \1 valley", command
+        )
         if same not in seen:
             seen.add(same)
             yield name, command
@@ -142,7 +149,7 @@ def as_given(command: str) -> list[str]:
         words = ["made/page.html" if word == "FILE" else word for word in words]
     if words[:2] == ["pipeline", "plot"]:
         words = ["made/plot.png" if word == "FILE" else word for word in words]
-    if words[0] == "pipeline" and words[1] in ("hazard", "report", "sensitivity", "tables"):
+    if words[0] == "pipeline" and words[1] in ("emulate", "hazard", "report", "sensitivity", "tables"):
         words = ["valley" if word == "OUT" else word for word in words]
     if words[:2] == ["pipeline", "stress"]:
         words = ["heap.yaml" if word == "FILE" else word for word in words]
@@ -158,6 +165,8 @@ def make(name: str) -> None:
         assert pipeline("run", "heap.yaml", "--out", "place").exit_code == 0
     if name == "valley" and not Path("valley").exists():
         assert pipeline("run", "scenarios/valley/valley.yaml", "--out", "valley").exit_code == 0
+    if name == "levels" and not Path("levels").exists():
+        assert pipeline("run", "scenarios/valley/levels.yaml", "--out", "levels").exit_code == 0
     if name == "results/paper" and not Path("results/paper").exists():
         files = sorted(Path("scenarios/paper").glob("*.yaml"))
         assert pipeline("run", *files, "--out", "results/paper").exit_code in (0, 1)
