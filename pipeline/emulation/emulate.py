@@ -64,12 +64,13 @@ def emulate(runs: Sampled, asked: Hazard, count: int = DRAWS) -> Emulated:
         "emulated-receptors": pd.DataFrame(receptor_rows(runs, asked, chosen, many)),
         "emulated-missing": pd.DataFrame(missing_runs(runs, chosen, scalars)),
     }
+    comment = f"{count:,} draws emulated from {runs.words}{_filled(found['emulated-missing'])}"
     maps = mapped(runs, asked, chosen, few)
     if maps is not None:
         store = runs.stores[0]
         maps = maps.assign_attrs(
             title=runs.name,
-            comment=f"{count:,} draws emulated from {runs.words}",
+            comment=comment,
             **{"Conventions": "CF-1.12", "draws": len(few.at), "outlines": list(asked.outlines)},
             **counts(store).attributes,
             **about(store, runs.settings),
@@ -78,9 +79,17 @@ def emulate(runs: Sampled, asked: Hazard, count: int = DRAWS) -> Emulated:
     return Emulated(
         {name: table for name, table in found.items() if len(table)},
         maps,
-        f"{runs.name}: {count:,} draws emulated from {runs.words}",
+        f"{runs.name}: {comment}",
         refused,
     )
+
+
+def _filled(missing: pd.DataFrame) -> str:
+    """Say how many runs the emulator stands for, and how far from the others they lie."""
+    if missing.empty:
+        return ""
+    beyond = int(missing["extrapolated"].sum())
+    return f"; {len(missing)} missing runs filled in" + (f", {beyond} of them extrapolated" if beyond else "")
 
 
 def of_place(

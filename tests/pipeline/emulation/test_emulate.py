@@ -1,9 +1,13 @@
+from functools import partial
+
 import numpy as np
 import pytest
+from batches import run
 from known_maps import depths, places
 from sampled_stores import CLOSE, SPACING, THINNER, sheet
+from stub_solvers import by_friction
 
-from pipeline.emulation.emulate import emulate
+from pipeline.emulation.emulate import emulate, of_place
 from pipeline.emulation.errors import NotEmulatedError
 from pipeline.emulation.inputs import Inputs
 from pipeline.emulation.sampled import Sampled
@@ -97,6 +101,11 @@ def test_missing_runs_are_filled_in_beside_their_bounds(lacking):
     row = lacking.tables["emulated-receptors"].set_index(["receptor", "threshold"]).loc[("far", 0.1)]
     assert abs(row["emulated"] - truth(0.1, 84.0)) < abs(row["probability"] - truth(0.1, 84.0))
     assert row["probability_upper"] - row["probability_lower"] == pytest.approx(LARGEST / 64)
+    assert (
+        f"{LARGEST} missing runs filled in, {rows['extrapolated'].sum()} of them extrapolated"
+        in lacking.comment
+    )
+    assert lacking.maps.attrs["comment"] in lacking.comment
 
 
 def test_two_spacings_give_the_finer_map_and_a_total_error(two):
@@ -148,6 +157,19 @@ def test_words_are_inputs_of_one_column_each_but_the_first():
     assert found.shape == (4, 3)
     assert found[:, 2].min() == 0
     assert found[:, 2].max() == 1
+
+
+def test_a_scenario_that_is_not_sampled_or_has_few_runs_is_told_why(scenario_file, out, log):
+    sample = (
+        "sample: {count: 8, values: {material.bed_friction: {distribution: uniform, lower: 20, upper: 28}}}\n"
+    )
+    files = scenario_file(20, 21, name="swept"), scenario_file(name="few", more=sample)
+    run(out, *files, solve=partial(by_friction, log=log, harm=False))
+    found = {name: str(error) for name, error in of_place(out, {})}
+    assert found["swept"] == "expected a sample, as draws come from its distributions; found none"
+    assert found["few"] == "expected at least 32 computed runs for 1 inputs, found 8"
+    with pytest.raises(ValueError, match="expected a scenario of few, swept, found 'none'"):
+        next(of_place(out, {}, "none"))
 
 
 def test_weights_of_single_draws_are_refused():
