@@ -38,6 +38,7 @@ PLAIN_WIDTH = 160
 LEAST_MEMORY = 2**20
 # of an emulator, below which shares have errors of their own
 LEAST_DRAWS = 256
+POSTERIOR_DRAWS = 2**16
 TABLE_FILES = (".csv", ".parquet", ".md")
 
 
@@ -559,8 +560,11 @@ def calibrate(
     *,
     threshold: float | None = None,
     accepted: float = 0.1,
+    emulate: bool = False,
+    outline_error: float | None = None,
     to: str | PathLike[str] | None = None,
     tell: Tell = _silent,
+    warn: Tell = _warn,
 ) -> dict[str, pd.DataFrame]:
     """Score the runs of a scenario by an observed deposit, and give the ranges of their parameters.
 
@@ -574,15 +578,20 @@ def calibrate(
         Depth of a deposit, m; by default the scenario's ``output.threshold``.
     accepted : float
         Share of the runs that is accepted.
+    emulate : bool
+        Whether to give the posterior of sampled parameters over many emulated draws too.
+    outline_error : float, optional
+        Standard deviation of where the observed outline lies, m, for the posterior; by default the spacing.
     to : path, optional
         Folder that the tables are written to, as CSV and Markdown; by default nothing is written.
-    tell : callable
-        Told the path of each file.
+    tell, warn : callable
+        Told the path of each file, and why there is no posterior.
 
     Returns
     -------
     dict of str to DataFrame
-        ``scores``, a row per run, the best first; ``parameters``, ranges over all and over accepted runs.
+        ``scores``, a row per run, the best first; ``parameters``, ranges over all and over accepted runs;
+        ``posterior``, where it is asked for and the runs support it.
 
     Raises
     ------
@@ -606,6 +615,17 @@ def calibrate(
         deposit = read(Path(observed), opened, least)
         scores = score(opened, deposit, least)
         made = {"scores": scores, "parameters": posterior(opened, scores, accepted)}
+        if emulate:
+            from pipeline.emulation.calibrated import posterior_table
+            from pipeline.emulation.errors import NotEmulatedError
+            from pipeline.emulation.sampled import sampled
+
+            try:
+                with sampled(find_store(store)) as runs:
+                    found = posterior_table(runs, deposit, least, outline_error, POSTERIOR_DRAWS)
+                made["posterior"] = found
+            except NotEmulatedError as error:
+                warn(f"no posterior: {error}")
     if to is not None:
         for path in write(made, Path(to), ["csv", "md"]):
             tell(str(path))

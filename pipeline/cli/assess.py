@@ -76,6 +76,13 @@ def calibrate(
         typer.Option(min=0, help="Depth of a deposit, m.", show_default="the scenario's output.threshold"),
     ] = None,
     accepted: Annotated[float, typer.Option(min=0, max=1, help="Share of runs that is accepted.")] = 0.1,
+    emulate: Annotated[
+        bool, typer.Option("--emulate", help="Give the posterior over many emulated draws too.")
+    ] = False,
+    outline_error: Annotated[
+        float | None,
+        typer.Option(min=0, help="Error of the observed outline, m.", show_default="the spacing"),
+    ] = None,
     to: Annotated[
         Path | None,
         typer.Option(help="Folder to write to.", show_default="STORE with -calibration for .zarr"),
@@ -88,11 +95,21 @@ def calibrate(
 
     folder = to or at_hand(store.with_name(f"{store.stem}-calibration"))
     written: list[str] = []
-    with exit_on_errors(reading=True), working("calibrate"):
+    with exit_on_errors(reading=True), working("calibrate") as told:
         made = pipeline.calibrate(
-            store, observed, threshold=threshold, accepted=accepted, to=folder, tell=written.append
+            store,
+            observed,
+            threshold=threshold,
+            accepted=accepted,
+            emulate=emulate,
+            outline_error=outline_error,
+            to=folder,
+            tell=written.append,
+            warn=told.warning,
         )
     typer.echo(run_table.markdown(made["scores"].head(10)))
-    typer.echo(run_table.markdown(made["parameters"]))
+    for title in ("parameters", "posterior"):
+        if title in made:
+            typer.echo(run_table.markdown(made[title]))
     for path in written:
         typer.echo(path)

@@ -51,6 +51,16 @@ class Input:
             return np.empty((len(numbers), 0))
         return ((numbers - self.low) / (self.high - self.low))[:, None]
 
+    @property
+    def columns(self) -> int:
+        """Number of columns that it takes."""
+        return len(self.words) or int(self.high > self.low)
+
+    def back(self, column: Array) -> Array:
+        """Give the values of a number by its column, shape (n,)."""
+        found = self.low + column * (self.high - self.low)
+        return np.exp(found) if self.logarithm else found
+
 
 def _input(values: NDArray[np.generic], logarithm: bool) -> Input:
     if values.dtype.kind not in "fiu":

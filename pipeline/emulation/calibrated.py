@@ -1,0 +1,119 @@
+"""Posterior of the sampled parameters by an observed deposit, over many emulated draws."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+from numpy.typing import NDArray
+
+from emulator import support
+from emulator.outline import measures, moved
+from emulator.posterior import LEAST_EFFECTIVE, Measured, Posterior
+from emulator.scalars import fit_scalar
+from pipeline.assess.observed import Observed
+from pipeline.assess.tables import behind
+from pipeline.emulation.errors import NotEmulatedError
+from pipeline.emulation.sampled import Sampled
+from pipeline.store.variables import STATUS, Status
+
+Array = NDArray[np.float64]
+SHARES = (0.05, 0.5, 0.95)
+# over few measures a posterior says more than is known
+LEAST_MEASURES = 2
+# root mean square of deviations of the best draw, above which the model cannot give what was observed
+WORST_FIT = 3.0
+
+
+def posterior_table(
+    runs: Sampled, observed: Observed, threshold: float, error: float | None, count: int
+) -> pd.DataFrame:
+    """Table quantiles of each sampled parameter before and after an observation.
+
+    Runs of the coarsest level that came to rest are measured: area, centre, spread, ends and width of their
+    deposits. Each measure that leave-one-out supports is emulated and compared.
+
+    Parameters
+    ----------
+    runs : Sampled
+        Of a scenario.
+    observed : Observed
+        On the cells of the coarsest level.
+    threshold : float
+        Depth above which a cell is part of the deposit, m.
+    error : float, optional
+        Standard deviation of where the observed outline lies, m; by default the spacing.
+    count : int
+        Draws.
+
+    Raises
+    ------
+    NotEmulatedError
+        If too few measures are supported, too few draws agree with the observation, or none does.
+    """
+    store = runs.stores[0]
+    y, x = store["y"].to_numpy(), store["x"].to_numpy()
+    states = [Status(int(state)) for state in store[STATUS.name].to_numpy()]
+    rows = np.array([row for row in runs.usable[0] if not states[row].is_cut_off], np.intp)
+    inputs = runs.inputs.of(store)
+    if few := support.of_runs(len(rows), inputs.shape[1]):
+        raise NotEmulatedError(f"{few} that came to rest")
+    deposits = store["deposit_depth"].isel(run=rows).transpose("run", "y", "x").to_numpy() > threshold
+    seen = observed.covered.reshape(len(y), len(x))
+    by_run, here = measures(deposits, y, x), measures(seen[None], y, x)
+    width = runs.spacings[0] if error is None else error
+    ends = [measures(moved(seen, y, x, sign * width)[None], y, x) for sign in (-1, 1)]
+    scalars, values, shifts, used = [], [], [], []
+    for name, each in by_run.items():
+        if np.isnan(each).any() or np.ptp(each) < 1e-9 * max(1.0, float(np.abs(each).max())):
+            continue
+        scalar = fit_scalar([inputs[rows]], [each], [])
+        shift = float(ends[1][name][0] - ends[0][name][0]) / 2 if width else 0.0
+        if support.of_scalar(scalar.score).refused or not np.isfinite(shift):
+            continue
+        if scalar.logarithm and here[name][0] <= 0:
+            continue
+        scalars.append(scalar)
+        values.append(float(here[name][0]))
+        shifts.append(shift)
+        used.append(name)
+    if len(scalars) < LEAST_MEASURES:
+        raise NotEmulatedError(
+            f"expected {LEAST_MEASURES} measures that leave-one-out supports, found {used}"
+        )
+    drawn = runs.inputs.draws(count)
+    found = Measured(scalars, drawn).posterior(values, shifts)
+    if found.misfit > WORST_FIT:
+        raise NotEmulatedError(
+            f"the best of {count:,} draws is {found.misfit:.1f} deviations from the observation"
+        )
+    if found.effective < LEAST_EFFECTIVE:
+        raise NotEmulatedError(
+            f"{found.effective:.0f} effective draws agree with the observation, fewer than {LEAST_EFFECTIVE}"
+        )
+    return pd.DataFrame(_rows(runs, store, drawn.at, drawn.share, found.share, used, found.effective))
+
+
+def _rows(
+    runs: Sampled,
+    store: xr.Dataset,
+    at: Array,
+    before: Array,
+    after: Array,
+    used: list[str],
+    effective: float,
+) -> list[dict[str, object]]:
+    rows: list[dict[str, object]] = []
+    column = 0
+    names = {str(c.attrs["key"]): str(name) for name, c in store.coords.items() if "key" in c.attrs}
+    for key, each in runs.inputs.by_key.items():
+        width = each.columns
+        if width == 1 and not each.words:
+            values = each.back(at[:, column])
+            row: dict[str, object] = {**behind(store), "parameter": names[key]}
+            for when, share in (("prior", before), ("posterior", after)):
+                found = Posterior(share, 0.0).quantiles(values, SHARES)
+                row |= {f"{when}_q{100 * s:02.0f}": float(q) for s, q in zip(SHARES, found, strict=True)}
+            rows.append(row | {"effective_draws": effective, "measures": ", ".join(used)})
+        column += width
+    return rows
