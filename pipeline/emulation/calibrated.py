@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from emulator import support
 from emulator.outline import measures, moved
 from emulator.posterior import LEAST_EFFECTIVE, Measured, Posterior
-from emulator.scalars import fit_scalar
+from emulator.scalars import Scalar, fit_scalar
 from pipeline.assess.observed import Observed
 from pipeline.assess.tables import behind
 from pipeline.emulation.errors import NotEmulatedError
@@ -53,36 +53,24 @@ def posterior_table(
     """
     store = runs.stores[0]
     y, x = store["y"].to_numpy(), store["x"].to_numpy()
-    states = [Status(int(state)) for state in store[STATUS.name].to_numpy()]
-    rows = np.array([row for row in runs.usable[0] if not states[row].is_cut_off], np.intp)
-    inputs = runs.inputs.of(store)
-    if few := support.of_runs(len(rows), inputs.shape[1]):
-        raise NotEmulatedError(f"{few} that came to rest")
-    deposits = store["deposit_depth"].isel(run=rows).transpose("run", "y", "x").to_numpy() > threshold
     seen = observed.covered.reshape(len(y), len(x))
-    by_run, here = measures(deposits, y, x), measures(seen[None], y, x)
     width = runs.spacings[0] if error is None else error
-    ends = [measures(moved(seen, y, x, sign * width)[None], y, x) for sign in (-1, 1)]
-    scalars, values, shifts, used = [], [], [], []
-    for name, each in by_run.items():
-        if np.isnan(each).any() or np.ptp(each) < 1e-9 * max(1.0, float(np.abs(each).max())):
-            continue
-        scalar = fit_scalar([inputs[rows]], [each], [])
-        shift = float(ends[1][name][0] - ends[0][name][0]) / 2 if width else 0.0
-        if support.of_scalar(scalar.score).refused or not np.isfinite(shift):
-            continue
-        if scalar.logarithm and here[name][0] <= 0:
-            continue
-        scalars.append(scalar)
-        values.append(float(here[name][0]))
-        shifts.append(shift)
-        used.append(name)
+    here, low, high = (measures(moved(seen, y, x, by)[None], y, x) for by in (0.0, -width, width))
+    scalars = {
+        name: scalar
+        for name, scalar in emulated_measures(runs, threshold).items()
+        # an outline that ends when it is moved inward has no measures
+        if np.isfinite(low[name][0]) and not (scalar.logarithm and here[name][0] <= 0)
+    }
     if len(scalars) < LEAST_MEASURES:
         raise NotEmulatedError(
-            f"expected {LEAST_MEASURES} measures that leave-one-out supports, found {used}"
+            f"expected {LEAST_MEASURES} measures that leave-one-out supports, found {len(scalars)}"
         )
+    values = [float(here[name][0]) for name in scalars]
+    shifts = [float(high[name][0] - low[name][0]) / 2 for name in scalars]
+    used = list(scalars)
     drawn = runs.inputs.draws(count)
-    found = Measured(scalars, drawn).posterior(values, shifts)
+    found = Measured(list(scalars.values()), drawn).posterior(values, shifts)
     if found.misfit > WORST_FIT:
         raise NotEmulatedError(
             f"the best of {count:,} draws is {found.misfit:.1f} deviations from the observation"
@@ -92,6 +80,32 @@ def posterior_table(
             f"{found.effective:.0f} effective draws agree with the observation, fewer than {LEAST_EFFECTIVE}"
         )
     return pd.DataFrame(_rows(runs, store, drawn.at, drawn.share, found.share, used, found.effective))
+
+
+def emulated_measures(runs: Sampled, threshold: float) -> dict[str, Scalar]:
+    """Fit an emulator to each measure of deposits that leave-one-out supports, by its name.
+
+    Raises
+    ------
+    NotEmulatedError
+        If too few runs came to rest.
+    """
+    store = runs.stores[0]
+    states = [Status(int(state)) for state in store[STATUS.name].to_numpy()]
+    rows = np.array([row for row in runs.usable[0] if not states[row].is_cut_off], np.intp)
+    inputs = runs.inputs.of(store)
+    if few := support.of_runs(len(rows), inputs.shape[1]):
+        raise NotEmulatedError(f"{few} that came to rest")
+    deposits = store["deposit_depth"].isel(run=rows).transpose("run", "y", "x").to_numpy() > threshold
+    found = {}
+    for name, values in measures(deposits, store["y"].to_numpy(), store["x"].to_numpy()).items():
+        # what does not vary but for round-off says nothing
+        if np.isnan(values).any() or np.ptp(values) < 1e-9 * max(1.0, float(np.abs(values).max())):
+            continue
+        scalar = fit_scalar([inputs[rows]], [values], [])
+        if not support.of_scalar(scalar.score).refused:
+            found[name] = scalar
+    return found
 
 
 def _rows(

@@ -24,9 +24,13 @@ from numpy.typing import NDArray
 import pipeline
 from emulator.exceedance import Exceedance, exceedance
 from emulator.fields import choose
+from emulator.outline import measures, moved
+from emulator.posterior import Measured
+from pipeline.emulation.calibrated import emulated_measures
 from pipeline.emulation.sampled import Sampled
 from pipeline.scenario.scenario import stored
 from pipeline.store import run_table
+from pipeline.store.variables import Status
 from pipeline.store.zarr_store import open_store
 
 Array = NDArray[np.float64]
@@ -42,6 +46,8 @@ SHARES = (0.5, 0.95)
 # where a probability is neither next to 0 nor to 1
 OPEN = (0.01, 0.99)
 DRAWS = 4096
+# depth of a deposit, m, and runs that are taken as observed, a block
+DEPOSIT, OBSERVED = 0.1, 40
 FIELDS = ["max_depth", "max_speed", "arrival_time", "deposit_depth"]
 WIDE, CLOSE = TRUTH
 
@@ -195,6 +201,28 @@ def runouts(wide: Truth) -> Iterator[dict[str, object]]:
             }
 
 
+def calibrations(wide: Truth) -> Iterator[dict[str, object]]:
+    """Count how often posteriors of 90 % hold the parameters of runs that are taken as observed."""
+    y, x = wide.store["y"].to_numpy(), wide.store["x"].to_numpy()
+    rest = np.flatnonzero((wide.store["status"] == Status.DONE).to_numpy())
+    for rows in blocks(64):
+        runs = wide.runs(rows)
+        scalars, draws = emulated_measures(runs, DEPOSIT), runs.inputs.draws(4 * DRAWS)
+        model, inputs = Measured(list(scalars.values()), draws), runs.inputs.of(wide.store)
+        truths = np.random.default_rng(0).choice(np.setdiff1d(rest, rows), OBSERVED, replace=False)
+        for truth in truths:
+            seen = wide.store["deposit_depth"].to_numpy()[truth] > DEPOSIT
+            for error in (0.0, WIDE):
+                here, low, high = (measures(moved(seen, y, x, by)[None], y, x) for by in (0.0, -error, error))
+                shift = [float(high[name][0] - low[name][0]) / 2 for name in scalars]
+                found = model.posterior([float(here[name][0]) for name in scalars], shift)
+                ends = [found.quantiles(draws.at[:, j], (0.05, 0.95)) for j in range(inputs.shape[1])]
+                row: dict[str, object] = {"what": f"outline known to {error:g} m"}
+                for name, (first, last), known in zip(runs.inputs.by_key, ends, inputs[truth], strict=True):
+                    row[name.rpartition(".")[2]] = float(first <= known <= last)
+                yield row | {"effective_draws": found.effective}
+
+
 def over_blocks(rows: Iterator[dict[str, object]], by: list[str]) -> pd.DataFrame:
     """Put blocks together: root mean squares of errors, means of all else."""
     table = pd.DataFrame(rows)
@@ -264,6 +292,7 @@ def main() -> None:
         "maps": over_blocks(maps(wide, close), ["what", "threshold"]),
         "receptors": over_blocks(receptors(wide), ["what"]),
         "runouts": over_blocks(runouts(wide), ["what"]),
+        "calibrations": over_blocks(calibrations(wide), ["what"]),
     }
     for title, table in made.items():
         text = run_table.markdown(table)

@@ -7,6 +7,8 @@ from known_maps import depths, places
 from sampled_stores import CLOSE, SPACING, THINNER, sheet
 from stub_solvers import by_friction
 
+from pipeline.assess.observed import Observed
+from pipeline.emulation.calibrated import posterior_table
 from pipeline.emulation.emulate import emulate, of_place
 from pipeline.emulation.errors import NotEmulatedError
 from pipeline.emulation.inputs import Inputs
@@ -177,3 +179,20 @@ def test_weights_of_single_draws_are_refused():
     store["weight"] = ("run", np.linspace(1, 2, 64) / 96)
     with pytest.raises(NotEmulatedError, match="expected equal weights of all draws"):
         made([store])
+
+
+def test_an_observed_deposit_narrows_the_parameters_or_is_refused():
+    (store,) = sheet()
+    store["deposit_depth"] = store["max_depth"]
+    runs, truth = of([store]), np.array([[0.5, 0.5]])
+    covered = (depths(truth, store["x"].to_numpy(), store["y"].to_numpy())[0] > 0.1).ravel()
+    table = posterior_table(runs, Observed(covered, None), 0.1, 4.0, 2**13).set_index("parameter")
+    for name, known in (("turbulent_friction", 700.0), ("volume", 1.0)):
+        row = table.loc[name]
+        assert row["posterior_q05"] < known < row["posterior_q95"]
+        narrower = (row["posterior_q95"] - row["posterior_q05"]) / (row["prior_q95"] - row["prior_q05"])
+        assert narrower < 0.8
+    nowhere = np.zeros((21, 26), bool)
+    nowhere[:3, -3:] = True
+    with pytest.raises(NotEmulatedError, match="deviations from the observation|effective draws"):
+        posterior_table(runs, Observed(nowhere.ravel(), None), 0.1, 1.0, 2**13)
