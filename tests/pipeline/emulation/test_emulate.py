@@ -194,5 +194,5 @@ def test_an_observed_deposit_narrows_the_parameters_or_is_refused():
         assert narrower < 0.8
     nowhere = np.zeros((21, 26), bool)
     nowhere[:3, -3:] = True
-    with pytest.raises(NotEmulatedError, match="deviations from the observation|effective draws"):
+    with pytest.raises(NotEmulatedError, match=r"deviations from the observation|effective draws"):
         posterior_table(runs, Observed(nowhere.ravel(), None), 0.1, 1.0, 2**13)
