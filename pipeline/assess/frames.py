@@ -56,8 +56,8 @@ def follow(store: xr.Dataset, threshold: float | None = None) -> xr.Dataset:
     Dataset
         Over ``run`` and ``time``: ``front_x``, ``tail_x``, ``half_width`` (half the extent across the bed) of
         the body, m; ``volume``, m3; ``volume_error``, relative to the first frame and but for what was
-        entrained; ``deepest``, m; ``body_speed`` and ``film_speed``, the largest ones, m s-1. NaN where a frame
-        was not computed.
+        entrained; ``deepest``, m; ``body_speed`` and ``film_speed``, the largest ones, m s-1. NaN where a
+        frame was not computed.
     """
     depth, over = store["depth"], space(store)
     if threshold is None:
