@@ -15,7 +15,7 @@ from solver.physics.elevation import Surface
 from solver.points.cloud import PointCloud
 from solver.points.lattice import Lattice
 from solver.run import Run
-from solver.scene import Collocation, Scene, Scheme
+from solver.scene import Collocation, Scene, Scheme, WeightedResidual
 from solver.surface.run import SurfaceRun
 
 Operators = CloudOperators | CollocationOperators
@@ -59,6 +59,10 @@ def prepare(points: Lattice | PointCloud, scheme: Scheme) -> Operators | None:
 
 def begin(scene: Scene, end: float, arrival_depth: float, skip: bool) -> Run:
     """Make the run that a scene's points and scheme ask for."""
+    if scene.buildings is not None and not (
+        isinstance(scene.points, Lattice) and isinstance(scene.scheme, WeightedResidual)
+    ):
+        raise ValueError("buildings take the weighted-residual form on a lattice")
     match kind_of(scene.points, scene.scheme, on_surface=isinstance(scene.terrain, Surface)):
         case "surface":
             return SurfaceRun(scene, end, arrival_depth, whole=not skip)

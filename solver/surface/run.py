@@ -19,6 +19,7 @@ from solver.surface.metric import metric_of
 from solver.surface.residual import stage
 from solver.surface.status import classify_surface
 from solver.surface.time_stepping import advance_surface
+from solver.surface.walls import set_walls
 
 
 class SurfaceRun(LatticeRun):
@@ -94,6 +95,7 @@ class SurfaceRun(LatticeRun):
             scene.least_coefficient,
             scene.scheme.cfl,
         )
+        set_walls(self.walls, self.metric, self.grid.stride, d, scene.least_coefficient)
 
     @property
     def arrays(self) -> SurfaceArrays:  # type: ignore[override]
@@ -109,6 +111,7 @@ class SurfaceRun(LatticeRun):
             grid=self.grid,
             spans=self.spans,
             inner=self.inner,
+            walls=self.walls,
             buffers=self.buffers,
             record=self.record,
             erosion=self.erosion,
