@@ -52,7 +52,7 @@ class LatticeArrays(NamedTuple):
     inner
         (4,), whether a side is inside the lattice: what comes to it stops the run before the step.
     walls
-        Cells beside buildings.
+        Cells beside buildings; None where the scene has none.
     """
 
     now: Fields
@@ -65,7 +65,7 @@ class LatticeArrays(NamedTuple):
     grid: Grid
     spans: Spans
     inner: NDArray[np.bool_]
-    walls: Walls
+    walls: Walls | None
     buffers: Buffers
     record: Record
     erosion: Erosion

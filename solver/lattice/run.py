@@ -31,7 +31,7 @@ from solver.lattice.arrays import RING, Buffers, LatticeArrays
 from solver.lattice.residual import stage
 from solver.lattice.spans import Spans
 from solver.lattice.status import classify
-from solver.lattice.time_stepping import advance, record_maxima
+from solver.lattice.time_stepping import advance, advance_among_buildings, record_maxima
 from solver.lattice.walls import EAST, WEST, Walls, walls_of
 from solver.lattice.window import Part, Window, around, needed
 from solver.physics.resistance import Zoned
@@ -159,7 +159,7 @@ class LatticeRun(Run):
         )
         empty = np.zeros((2, self.grid.rows), dtype=np.int64)
         self.spans = Spans(empty, empty.copy(), empty.copy(), np.zeros(stride))
-        self.walls = self._walls()
+        self.walls = None if self.scene.buildings is None else self._walls(self.scene.buildings)
         n = stride + LANES
         self.buffers = Buffers(
             FaceValues(*(roomy(n) for _ in range(7))),
@@ -176,17 +176,12 @@ class LatticeRun(Run):
         depth, speed_squared, momentum_flux = np.zeros((3, ny * nx))
         self.record = Record(depth, speed_squared, momentum_flux, np.full(ny * nx, np.nan))
 
-    def _padded_buildings(self) -> NDArray[np.bool_] | None:
-        """Whether cells of the padded window are buildings."""
-        buildings = self.scene.buildings
-        if buildings is None:
-            return None
-        whole, window = np.pad(buildings, GHOSTS), self.window
-        return whole[window.south : window.north + 2 * GHOSTS, window.west : window.east + 2 * GHOSTS]
-
-    def _walls(self) -> Walls:
+    def _walls(self, buildings: NDArray[np.bool_]) -> Walls:
         """Give the cells of the window that are beside buildings."""
-        walls = walls_of(self._padded_buildings(), (self.grid.rows, self.grid.stride))
+        window = self.window
+        rows = slice(window.south, window.north + 2 * GHOSTS)
+        columns = slice(window.west, window.east + 2 * GHOSTS)
+        walls = walls_of(np.pad(buildings, GHOSTS)[rows, columns])
         column = walls.cell % self.grid.stride
         along, tangent = self.bed.along[column], self.scene.least_coefficient
         lean = np.sign(along) * np.maximum(0.0, np.abs(along) - tangent * self.bed.normal[column])
@@ -265,7 +260,8 @@ class LatticeRun(Run):
 
     def _step(self, limits: runge_kutta.Limits) -> int:
         """Step until a limit or a side of the window is come to."""
-        return int(advance(self.arrays, limits, self.progress))
+        step = advance if self.walls is None else advance_among_buildings
+        return int(step(self.arrays, limits, self.progress))
 
     def warm_up(self, piece: int) -> None:
         """Classify the cells, or take a stage of no length."""

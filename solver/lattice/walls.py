@@ -4,6 +4,8 @@ What flows beside a building sees its own mirror image there, as at a `wall` sid
 passes a face, and nothing drags along it. A cell may have buildings on several sides, and a building may be
 one cell wide, so that images cannot stand in the cells of the building. They are made for one cell at a time,
 and the kernels that know nothing of buildings are called on that cell alone.
+
+A run without buildings has None for its walls. The kernels that are given walls are then compiled to nothing.
 """
 
 from __future__ import annotations
@@ -22,6 +24,9 @@ from solver.lattice.spans import Spans, trim
 from solver.lattice.status import classify_run, copy_status
 
 WEST, EAST, SOUTH, NORTH = range(4)
+# copies, since LLVM makes less of kernels over rows that are called from other places, too
+reconstruct = kernel(as_source=True, cached=False)(face_values.py_func)
+classify_cell = kernel(as_source=True, cached=False)(classify_run.py_func)
 
 
 class Walls(NamedTuple):
@@ -39,7 +44,7 @@ class Walls(NamedTuple):
         (n, 4), what gravity has over dry friction toward each side, times the distance to the next cell,
         m2 s-2: over ``beta`` it is the gain of depth by which something leans on a wall.
     images
-        Flat arrays of the padded lattice for a cell and its neighbours; of no length without buildings.
+        Flat arrays of the padded lattice for a cell and its neighbours.
     """
 
     first: Indices
@@ -49,21 +54,15 @@ class Walls(NamedTuple):
     images: Fields
 
 
-def walls_of(buildings: NDArray[np.bool_] | None, shape: tuple[int, int]) -> Walls:
+def walls_of(buildings: NDArray[np.bool_]) -> Walls:
     """Find the cells beside buildings; ``lean`` is for the caller to fill.
 
     Parameters
     ----------
-    buildings : (rows, columns) array or None
+    buildings : (rows, columns) array
         Whether a cell of the padded lattice is a building.
-    shape : tuple of int
-        Of the padded lattice.
     """
-    rows, columns = shape
-    nothing = Fields(np.zeros(0), np.zeros(0), np.zeros(0))
-    if buildings is None or not buildings.any():
-        empty = np.zeros(0, np.int64)
-        return Walls(np.zeros(rows + 1, np.int64), empty, np.zeros((0, 4), bool), np.zeros((0, 4)), nothing)
+    rows, columns = buildings.shape
     beside = np.zeros((rows, columns, 4), bool)
     beside[:, 1:, WEST] = buildings[:, :-1]
     beside[:, :-1, EAST] = buildings[:, 1:]
@@ -93,7 +92,7 @@ def wall_flux(h: float, toward: float, c: float) -> tuple[float, float]:
 
 
 @kernel()
-def close_x(walls: Walls, row: int, stride: int, along: FaceValues, fluxes: Fluxes, at: int) -> None:
+def close_x(walls: Walls | None, row: int, stride: int, along: FaceValues, fluxes: Fluxes, at: int) -> None:
     """Close the faces along x between a row and buildings.
 
     Parameters
@@ -105,6 +104,8 @@ def close_x(walls: Walls, row: int, stride: int, along: FaceValues, fluxes: Flux
     fluxes, at
         Changed in place; ``at`` is the index of the face before the first column.
     """
+    if walls is None:
+        return
     for n in range(walls.first[row], walls.first[row + 1]):
         c = walls.cell[n] - row * stride
         if walls.blocked[n, WEST]:
@@ -117,7 +118,7 @@ def close_x(walls: Walls, row: int, stride: int, along: FaceValues, fluxes: Flux
 
 @kernel()
 def close_y(
-    walls: Walls, row: int, stride: int, across: FaceValues, room: int, fluxes: Fluxes, at: int
+    walls: Walls | None, row: int, stride: int, across: FaceValues, room: int, fluxes: Fluxes, at: int
 ) -> None:
     """Close the faces along y between a row and the next one where one of both cells is a building.
 
@@ -128,6 +129,8 @@ def close_y(
     fluxes, at
         Changed in place; ``at`` is the index of the face after the first column.
     """
+    if walls is None:
+        return
     for n in range(walls.first[row], walls.first[row + 1]):
         if walls.blocked[n, NORTH]:
             c = walls.cell[n] - row * stride
@@ -175,7 +178,7 @@ def mirror(now: Fields, walls: Walls, n: int, stride: int, beta_x: float, beta_y
 
 @kernel()
 def faces_beside(
-    now: Fields, walls: Walls, status: Status, row: int, stride: int, dry: float, along: bool,
+    now: Fields, walls: Walls | None, status: Status, row: int, stride: int, dry: float, along: bool,
     out: FaceValues, to: int,
 ) -> None:  # fmt: skip
     """Reconstruct the cells of a row that are beside buildings along one direction, with their images.
@@ -187,6 +190,8 @@ def faces_beside(
     out, to
         As of `solver.lattice.reconstruction.face_values`, by column.
     """
+    if walls is None:
+        return
     for n in range(walls.first[row], walls.first[row + 1]):
         one, other = (WEST, EAST) if along else (SOUTH, NORTH)
         if not (walls.blocked[n, one] or walls.blocked[n, other]):
@@ -195,22 +200,24 @@ def faces_beside(
         mirror(now, walls, n, stride, status.beta_x[i], status.beta_y[i])
         h, u, v = walls.images
         if along:
-            face_values(h, u, v, status.beta_x, i, ONE, ONE, dry, out, to + i - row * stride)
+            reconstruct(h, u, v, status.beta_x, i, ONE, ONE, dry, out, to + i - row * stride)
         else:
-            face_values(h, v, u, status.beta_y, i, stride, ONE, dry, out, to + i - row * stride)
+            reconstruct(h, v, u, status.beta_y, i, stride, ONE, dry, out, to + i - row * stride)
 
 
 @kernel()
 def classify_beside(
-    now: Fields, status: Status, bed: Bed, material: Material, grid: Grid, walls: Walls, spans: Spans
+    now: Fields, status: Status, bed: Bed, material: Material, grid: Grid, walls: Walls | None, spans: Spans
 ) -> float:
     """Set earth pressure and status of the cells beside buildings again, with their images.
 
     Returns
     -------
     float
-        Largest wave rate of them, s-1.
+        Largest wave rate of them, s-1; 0 without buildings.
     """
+    if walls is None:
+        return 0.0
     m, fastest = grid.stride, 0.0
     for j in range(GHOSTS, grid.rows - GHOSTS):
         lo, hi = spans.wet[0, j], spans.wet[1, j]
@@ -222,7 +229,7 @@ def classify_beside(
             if not lo <= c < hi:
                 continue
             mirror(now, walls, n, m, status.beta_x[i], status.beta_y[i])
-            classify_run(walls.images, status, bed, material, grid, spans.rate, i, c, ONE)
+            classify_cell(walls.images, status, bed, material, grid, spans.rate, i, c, ONE)
             if spans.rate[c] > 0.0:
                 fastest = max(fastest, spans.rate[c], bed.falling[c])
             if c == GHOSTS:

@@ -29,7 +29,7 @@ class SurfaceArrays(NamedTuple):
     inner
         (4,), whether a side is inside the lattice: what comes to it stops the run before the step.
     walls
-        Cells beside buildings.
+        Cells beside buildings; None where the scene has none.
     """
 
     now: Fields
@@ -42,7 +42,7 @@ class SurfaceArrays(NamedTuple):
     grid: Grid
     spans: Spans
     inner: NDArray[np.bool_]
-    walls: Walls
+    walls: Walls | None
     buffers: Buffers
     record: Record
     erosion: Erosion

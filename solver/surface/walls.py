@@ -14,6 +14,10 @@ from solver.surface.metric import EdgeFrames, Metric
 from solver.surface.reconstruction import edge_values
 from solver.surface.status import classify_row
 
+# copies, as in `solver.lattice.walls`
+reconstruct = kernel(as_source=True, cached=False)(edge_values.py_func)
+classify_cell = kernel(as_source=True, cached=False)(classify_row.py_func)
+
 
 def set_walls(walls: Walls, metric: Metric, stride: int, spacing: float, tangent: float) -> None:
     """Fill ``lean``, and give the far sides of edges at buildings the frame of the edge itself.
@@ -77,8 +81,8 @@ def mirror_at_edges(now: Fields, walls: Walls, g_n: Array, edges: EdgeFrames, n:
 
 @kernel()
 def edges_beside(
-    now: Fields, walls: Walls, g_n: Array, edges: EdgeFrames, row: int, stride: int, step: int, dry: float,
-    out: FaceValues, to: int,
+    now: Fields, walls: Walls | None, g_n: Array, edges: EdgeFrames, row: int, stride: int, step: int,
+    dry: float, out: FaceValues, to: int,
 ) -> None:  # fmt: skip
     """Reconstruct the cells of a row that are beside buildings along one direction, with their images.
 
@@ -89,26 +93,36 @@ def edges_beside(
     out, to
         As of `solver.surface.reconstruction.edge_values`, by column.
     """
+    if walls is None:
+        return
     low, high = (WEST, EAST) if step == 1 else (SOUTH, NORTH)
     for n in range(walls.first[row], walls.first[row + 1]):
         if walls.blocked[n, low] or walls.blocked[n, high]:
             i = walls.cell[n]
             mirror_at_edges(now, walls, g_n, edges, n, step)
             h, u, v = walls.images
-            edge_values(h, u, v, g_n, edges, i, step, ONE, dry, out, to + i - row * stride)
+            reconstruct(h, u, v, g_n, edges, i, step, ONE, dry, out, to + i - row * stride)
 
 
 @kernel()
 def classify_edges_beside(
-    now: Fields, static: Array, metric: Metric, material: Material, grid: Grid, walls: Walls, spans: Spans
+    now: Fields,
+    static: Array,
+    metric: Metric,
+    material: Material,
+    grid: Grid,
+    walls: Walls | None,
+    spans: Spans,
 ) -> float:
     """Set the status of the cells beside buildings again, with their images.
 
     Returns
     -------
     float
-        Largest wave rate of them, s-1.
+        Largest wave rate of them, s-1; 0 without buildings.
     """
+    if walls is None:
+        return 0.0
     m, fastest = grid.stride, 0.0
     for j in range(GHOSTS, grid.rows - GHOSTS):
         lo, hi = spans.wet[0, j], spans.wet[1, j]
@@ -121,7 +135,7 @@ def classify_edges_beside(
             # of neighbours the depth alone is asked for
             mirror_at_edges(now, walls, metric.g_n, metric.x_edges, n, ONE)
             mirror_at_edges(now, walls, metric.g_n, metric.y_edges, n, m)
-            classify_row(walls.images, static, metric, material, grid, spans.rate, i, i - j * m, ONE)
+            classify_cell(walls.images, static, metric, material, grid, spans.rate, i, i - j * m, ONE)
             fastest = max(fastest, spans.rate[i - j * m])
         trim(spans, j, now.h, static, material.dry, j * m)
     return fastest

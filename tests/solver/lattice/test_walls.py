@@ -40,7 +40,7 @@ def houses():
 def test_cells_beside_buildings_are_found_once_each_with_their_walls():
     buildings = np.zeros((8, 9), bool)
     buildings[4, 4] = buildings[3, 6] = True
-    walls = walls_of(buildings, buildings.shape)
+    walls = walls_of(buildings)
     found = {int(cell): blocked.tolist() for cell, blocked in zip(walls.cell, walls.blocked, strict=True)}
     sides = {WEST: 4 * 9 + 5, EAST: 4 * 9 + 3, SOUTH: 5 * 9 + 4, NORTH: 3 * 9 + 4}
     for side, cell in sides.items():
