@@ -33,6 +33,7 @@ RATES = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0)
 # those of the Swiss hazard maps
 LEVEL_COLOURS = ("#fdf6c3", "#fee45c", "#4f8fcc", "#d7352b")
 UNKNOWN_COLOUR = "0.8"
+BUILDING_COLOUR = "0.25"
 # of colours on a hillshade
 OVER_RELIEF = 0.8
 PANEL_TITLES = {"": "estimate", "_lower": "lower bound", "_upper": "upper bound"}
@@ -74,6 +75,7 @@ def draw(layer: Layer, found: xr.Dataset, frame: Frame | None, path: Path) -> Pa
             draw_relief(panel, east[0], north[:, 0], found["elevation"].to_numpy())
         else:
             _contour_bed(panel, east, north, found)
+        _fill_buildings(panel, east, north, found)
         _frame_panel(panel, frame, corners)
         mark_receptors(panel, frame, found, named=bound == "")
         if len(shown) > 1:
@@ -88,6 +90,8 @@ def draw(layer: Layer, found: xr.Dataset, frame: Frame | None, path: Path) -> Pa
     lines = [f"{found.attrs['title']}: {layer.title}", found.attrs["comment"], *_sources(layer, found)]
     if frame:
         lines[1] += f"; {frame.system}"
+    if "building" in found.coords:
+        lines[1] += "; buildings are dark"
     text = "\n".join(textwrap.fill(line, characters) for line in lines)
     title = panels[0].annotate(
         text,
@@ -204,6 +208,13 @@ class _Colours:
         panels[0].legend(
             handles=handles, loc="upper left", bbox_to_anchor=(1.01, 1), frameon=False, borderaxespad=0
         )
+
+
+def _fill_buildings(panel: Axes, x: Array, y: Array, found: xr.Dataset) -> None:
+    """Fill the cells of buildings, where there are."""
+    if "building" in found.coords:
+        stands = np.ma.masked_equal(found["building"].to_numpy(), 0)
+        panel.pcolormesh(x, y, stands, cmap=ListedColormap([BUILDING_COLOUR]), shading="nearest")
 
 
 def _contour_bed(panel: Axes, x: Array, y: Array, found: xr.Dataset) -> None:

@@ -213,6 +213,9 @@ def _content(checked: checks.Checked) -> str:
     """Give the canonical JSON of settings and files; keys stay in order, as that of the sweep matters."""
     assert checked.settings is not None
     held = checked.settings.model_dump(mode="json", exclude=IRRELEVANT)
+    if not held["structures"]:
+        # stores of scenarios without them stay valid
+        del held["structures"]
     tables = {name: table.digest for name, table in sorted(checked.tables.items())}
     files = {} if checked.points is None else {"file": checked.points.digest}
     whole = {**held, "points": {**held["points"], **files}, "tables": tables}
