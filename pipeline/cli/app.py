@@ -44,6 +44,7 @@ for command in (
     maps.figures,
     assess.tables,
     maps.hazard,
+    maps.compare,
     assess.sensitivity,
     assess.calibrate,
     maps.report,

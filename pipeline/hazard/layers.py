@@ -11,7 +11,7 @@ import xarray as xr
 from pipeline.assess.probability import BOUNDS
 
 BANDS = {"": "estimate", "_lower": "lower bound", "_upper": "upper bound"}
-Kind = Literal["share", "rate", "value", "time", "class"]
+Kind = Literal["share", "rate", "value", "time", "class", "difference"]
 
 
 @dataclass(frozen=True, eq=False)

@@ -338,7 +338,7 @@ def read(path: Path) -> xr.Dataset:
     return found
 
 
-def write(found: xr.Dataset, folder: Path) -> Path:
+def write(found: xr.Dataset, folder: Path, name: str = FILE) -> Path:
     """Write hazard maps as NetCDF (CF) to a folder, made where it is missing; what was there is replaced.
 
     Raises
@@ -347,7 +347,7 @@ def write(found: xr.Dataset, folder: Path) -> Path:
         If it cannot be written.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    path = folder / FILE
+    path = folder / name
     found = _mapped(found)
     encoding: dict[str, dict[str, object]] = {
         **{str(name): {"zlib": True, "complevel": 4} for name in found.data_vars},
