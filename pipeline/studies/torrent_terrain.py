@@ -36,8 +36,8 @@ RELEASES = (
 # reaches of loose bed in the gully: name, depth, from and to, half of their breadth, m
 REACHES = (("upper", 1.5, 260.0, 620.0, 7.0), ("lower", 0.8, 620.0, 880.0, 6.0))
 
-# crest of a dam that turns the flow to the south at the apex, from the south-west corner, m
-DAM = ((972, 405), (1020, 382), (1110, 338))
+# crest of a dam along the northern side of the channel below the apex, from the south-west corner, m
+DAM = ((958, 404), (1130, 392))
 
 
 def channel(x: Array) -> Array:
