@@ -23,7 +23,8 @@ from pipeline.store.zarr_store import open_store
 
 FILE, TABLE, ENDING = "differences.nc", "receptor-differences.csv", "_difference"
 # layers whose values can be taken from each other
-KINDS = ("share", "rate", "value", "time")
+WORDS = {"share": "share", "rate": "events a year", "time": "time"}
+KINDS = (*WORDS, "value")
 
 
 def compare(
@@ -103,16 +104,9 @@ def difference_layers(found: xr.Dataset) -> Iterator[Layer]:
     )
     for layer in layers(plain):
         if layer.kind in KINDS:
-            title = f"difference of the {layer.title}"
-            units = layer.units
-            yield Layer(
-                f"{layer.name}{ENDING}",
-                title,
-                units,
-                "difference",
-                layer.values,
-                layer.quantity or layer.kind,
-            )
+            name, title = f"{layer.name}{ENDING}", f"difference of the {layer.title}"
+            what = layer.quantity if layer.kind == "value" else WORDS[layer.kind]
+            yield Layer(name, title, layer.units, "difference", layer.values, what)
 
 
 def _subtracted(one: xr.Dataset, other: xr.Dataset) -> xr.Dataset:
