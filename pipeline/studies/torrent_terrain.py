@@ -69,7 +69,7 @@ def elevation(x: Array, y: Array, seed: int = SEED) -> Array:
 
 
 def write(folder: Path, seed: int = SEED) -> list[Path]:
-    """Write the elevation model, and the outlines of releases, buildings, loose bed and dam; give their paths."""
+    """Write the elevation model, and outlines of releases, buildings, loose bed and dam; give their paths."""
     import rasterio
     from rasterio.transform import from_origin
 
