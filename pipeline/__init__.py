@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from pipeline.api import assessment_tables as assessment_tables
     from pipeline.api import calibrate as calibrate
+    from pipeline.api import compare as compare
     from pipeline.api import emulate as emulate
     from pipeline.api import hazard_maps as hazard_maps
     from pipeline.api import load as load
@@ -34,7 +35,7 @@ if TYPE_CHECKING:
 _ERRORS = ("BadInput", "ChangedError", "OptionError", "PlaceInUseError")
 _FUNCTIONS = (
     *("load", "run", "open", "to_lattice", "run_table", "hazard_maps", "assessment_tables"),
-    *("sensitivity_indices", "emulate", "calibrate", "write_report"),
+    *("sensitivity_indices", "emulate", "calibrate", "compare", "write_report"),
 )
 _HOMES = {
     **dict.fromkeys(_FUNCTIONS, "pipeline.api"),

@@ -359,6 +359,78 @@ def hazard_maps(
     return made
 
 
+def compare(
+    out: Place,
+    scenarios: tuple[str, str],
+    other: Place | None = None,
+    *,
+    to: str | PathLike[str] | None = None,
+    depth: Sequence[float] | None = None,
+    speed: Sequence[float] | None = None,
+    momentum_flux: Sequence[float] | None = None,
+    pressure: Sequence[float] | None = None,
+    spacing: float | None = None,
+    pictures: bool = True,
+    tell: Tell = _silent,
+) -> tuple[xr.Dataset, pd.DataFrame]:
+    """Map and table how a second scenario differs from a first one, as with a dam and without it.
+
+    Parameters
+    ----------
+    out : path, str or Results
+        The place of the first scenario, and of the second where no other is given.
+    scenarios : tuple of str
+        Names of the first and of the second scenario.
+    other : path, str or Results, optional
+        The place of the second scenario.
+    to : path, optional
+        Folder that maps and table are written to: NetCDF, PNG and CSV. By default nothing is written.
+    depth, speed, momentum_flux, pressure : sequence of float, optional
+        Thresholds (m, m s-1, m3 s-2, kPa) in place of those of the scenarios.
+    spacing : float, optional
+        Of the lattice that clouds are brought to, m, which they need.
+    pictures : bool
+        Whether to draw the maps, where ``to`` is given.
+    tell : callable
+        Told what was made and written, a line each.
+
+    Returns
+    -------
+    Dataset, DataFrame
+        Maps of the second less the first, and a row a receptor and quantity; with bounds.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no such scenario.
+    ValueError
+        If the scenarios do not have the same cells, thresholds and events.
+    OptionError
+        If a threshold or the spacing is not above 0.
+    OSError
+        If something cannot be written.
+    """
+    from pipeline.hazard import differences
+    from pipeline.hazard.map_files import draw_differences
+    from pipeline.hazard.mapping import write
+
+    given = {"depth": depth, "speed": speed, "momentum_flux": momentum_flux, "pressure": pressure}
+    thresholds = {name: _positive(name, values) for name, values in given.items() if values is not None}
+    if spacing is not None:
+        _positive("spacing", [spacing])
+    places = _place(out), _place(out if other is None else other)
+    found, table = differences.compare(places, scenarios, thresholds, spacing)
+    tell(f"{found.attrs['title']}: {found.attrs['comment']}")
+    if to is not None:
+        folder = Path(to)
+        tell(str(write(found, folder, differences.FILE)))
+        if len(table):
+            tell(str(differences.write_table(table, folder)))
+        for path in draw_differences(found, folder) if pictures else ():
+            tell(str(path))
+    return found, table
+
+
 def assessment_tables(
     out: Place,
     *,

@@ -15,15 +15,21 @@ from solver.physics.elevation import Surface
 from solver.points.cloud import PointCloud
 from solver.points.lattice import Lattice
 from solver.run import Run
-from solver.scene import Collocation, Scene, Scheme
+from solver.scene import Collocation, Scene, Scheme, WeightedResidual
 from solver.surface.run import SurfaceRun
 
 Operators = CloudOperators | CollocationOperators
-Kind = Literal["lattice", "cloud", "collocation", "surface"]
+Kind = Literal[
+    "lattice", "cloud", "collocation", "surface", "lattice-with-buildings", "surface-with-buildings"
+]
 
 
-def kind_of(points: Lattice | PointCloud, scheme: Scheme, *, on_surface: bool = False) -> Kind:
-    """Say which kind of run a scheme makes on points, of a profile or a surface."""
+def kind_of(
+    points: Lattice | PointCloud, scheme: Scheme, *, on_surface: bool = False, built: bool = False
+) -> Kind:
+    """Say which kind of run a scheme makes on points; ``built`` : whether there are buildings."""
+    if built:
+        return "surface-with-buildings" if on_surface else "lattice-with-buildings"
     if on_surface:
         return "surface"
     if isinstance(scheme, Collocation):
@@ -59,10 +65,15 @@ def prepare(points: Lattice | PointCloud, scheme: Scheme) -> Operators | None:
 
 def begin(scene: Scene, end: float, arrival_depth: float, skip: bool) -> Run:
     """Make the run that a scene's points and scheme ask for."""
-    match kind_of(scene.points, scene.scheme, on_surface=isinstance(scene.terrain, Surface)):
-        case "surface":
+    if scene.buildings is not None and not (
+        isinstance(scene.points, Lattice) and isinstance(scene.scheme, WeightedResidual)
+    ):
+        raise ValueError("buildings take the weighted-residual form on a lattice")
+    on_surface, built = isinstance(scene.terrain, Surface), scene.buildings is not None
+    match kind_of(scene.points, scene.scheme, on_surface=on_surface, built=built):
+        case "surface" | "surface-with-buildings":
             return SurfaceRun(scene, end, arrival_depth, whole=not skip)
-        case "lattice":
+        case "lattice" | "lattice-with-buildings":
             return LatticeRun(scene, end, arrival_depth, whole=not skip)
         case "cloud":
             return CloudRun(scene, end, arrival_depth)

@@ -258,6 +258,32 @@ def erodible_depth(scene: Scene) -> Array:
     return depth
 
 
+def check_buildings(scene: Scene) -> None:
+    """Refuse buildings where a run cannot have them.
+
+    Raises
+    ------
+    ValueError
+        If they are not one value a cell, material lies in one, or one stands at a side of given depth.
+    """
+    buildings = scene.buildings
+    if buildings is None:
+        return
+    if buildings.shape != scene.points.shape or buildings.dtype != np.bool_:
+        raise ValueError(f"buildings must be true or false, of the points' shape {scene.points.shape}")
+    if np.asarray(scene.depth)[buildings].any():
+        raise ValueError("no material can lie in a building")
+    bounds = scene.boundaries
+    ends = (
+        (bounds.x_min, buildings[:, 0]),
+        (bounds.x_max, buildings[:, -1]),
+        (bounds.y_min, buildings[0]),
+        (bounds.y_max, buildings[-1]),
+    )
+    if any(not isinstance(side, str) and cells.any() for side, cells in ends):
+        raise ValueError("no building can stand at a side of given depth")
+
+
 def sides_of(scene: Scene) -> Sides:
     """Give the sides of a scene to the kernels.
 

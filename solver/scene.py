@@ -5,6 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal, Protocol
 
+import numpy as np
+from numpy.typing import NDArray
+
 from solver.arrays import Array
 from solver.physics.constants import GRAVITY
 from solver.physics.earth_pressure import EarthPressure, Isotropic
@@ -75,6 +78,8 @@ class Scene:
     operators : from `solver.forms.prepare` for runs that share points and choices; by default a run makes
     its own.
     zones : with a law of friction of their own, which do not overlap.
+    buildings : whether a cell of a lattice is a building, which nothing flows through, (ny, nx); None where
+    there is none.
     """
 
     points: Lattice | PointCloud
@@ -90,6 +95,7 @@ class Scene:
     operators: Operators | None = None
     erodible_bed: ErodibleBed | None = None
     zones: tuple[Zone, ...] = ()
+    buildings: NDArray[np.bool_] | None = None
 
     @property
     def least_coefficient(self) -> float:

@@ -11,7 +11,7 @@ from solver.cloud.time_stepping import advance_cloud
 from solver.collocation.time_stepping import advance_collocation
 from solver.compiled import is_compiled
 from solver.forms import Kind, begin
-from solver.lattice.time_stepping import advance
+from solver.lattice import time_stepping
 from solver.physics.elevation import ElevationModel
 from solver.physics.friction import Coulomb
 from solver.physics.terrain import Plane
@@ -19,7 +19,7 @@ from solver.points.cloud import random_points
 from solver.points.lattice import Lattice
 from solver.scene import Collocation, Scene, WeightedResidual
 from solver.simulation import simulate
-from solver.surface.time_stepping import advance_surface
+from solver.surface import time_stepping as surface_stepping
 
 KINDS: tuple[Kind, ...] = get_args(Kind)
 
@@ -27,10 +27,12 @@ KINDS: tuple[Kind, ...] = get_args(Kind)
 def not_compiled(kinds: Collection[Kind] = KINDS) -> list[Kind]:
     """List those kinds of runs whose kernels are not on disk yet."""
     last = {
-        "lattice": advance,
+        "lattice": time_stepping.advance,
         "cloud": advance_cloud,
         "collocation": advance_collocation,
-        "surface": advance_surface,
+        "surface": surface_stepping.advance_surface,
+        "lattice-with-buildings": time_stepping.advance_among_buildings,
+        "surface-with-buildings": surface_stepping.advance_among_buildings,
     }
     return [kind for kind in kinds if not is_compiled(last[kind])]
 
@@ -41,7 +43,7 @@ def compile_kernels(kinds: Collection[Kind] = KINDS, piece: int | None = None) -
     Parameters
     ----------
     kinds : collection of Kind
-        Of lattice, cloud, collocation and surface.
+        By default all.
     piece : int, optional
         One of `solver.run.PIECES` that different processes may compile at the same time.
     """
@@ -51,8 +53,10 @@ def compile_kernels(kinds: Collection[Kind] = KINDS, piece: int | None = None) -
         scheme = Collocation(support=9, degree=1) if kind == "collocation" else WeightedResidual()
         places = np.linspace(0.0, 1.0, 6)
         level = ElevationModel(places, places, np.zeros((6, 6)))
-        bed = level if kind == "surface" else Plane(0.0)
-        scene = Scene(points, bed, flat, flat, flat, Coulomb(0.0), scheme=scheme)
+        bed = level if kind.startswith("surface") else Plane(0.0)
+        built = np.arange(flat.size).reshape(flat.shape) == flat.size // 2
+        buildings = built if kind.endswith("buildings") else None
+        scene = Scene(points, bed, flat, flat, flat, Coulomb(0.0), scheme=scheme, buildings=buildings)
         if piece is None:
             simulate(scene, [0.0])
         else:

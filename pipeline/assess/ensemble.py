@@ -10,12 +10,12 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from pipeline.assess.frames import mean_spacing, space
+from pipeline.assess.frames import mean_spacing, on_surface, space
 from pipeline.assess.gridding import gridded
 from pipeline.store.variables import COMPUTED, RETURN_PERIOD, STATUS, WEIGHT, Status
 
 MAXIMA = ("max_depth", "max_speed", "max_momentum_flux", "arrival_time", "erosion_depth")
-PLACES = ("x", "y", "elevation", "horizontal_distance")
+PLACES = ("x", "y", "elevation", "horizontal_distance", "building")
 # runs whose values, and whose comparisons with thresholds, are held at once
 RUNS_AT_ONCE = 16
 VALUES_AT_ONCE = 4_000_000
@@ -201,6 +201,9 @@ def ensemble(store: xr.Dataset, spacing: float | None = None) -> xr.Dataset:
     runs[STATUS.name] = store[STATUS.name].load()
     if "point" in store.dims:
         runs = gridded(runs.assign_coords(area=store["area"]), spacing or mean_spacing(store))
+    if on_surface(store) and "run" in store["elevation"].dims:
+        # one ground for maps of runs whose earthworks differ
+        runs = runs.assign_coords(elevation=store["elevation"].max("run", keep_attrs=True))
     places = [name for name in PLACES if name in runs.variables]
     runs = runs[[*kept, STATUS.name]].reset_coords()[[*kept, STATUS.name, *places]].set_coords(places)
     runs = runs.drop_vars("run", errors="ignore")

@@ -6,6 +6,7 @@ import json
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from pipeline.runs.scene_of_run import DEFAULT_THRESHOLD
 
@@ -13,6 +14,12 @@ from pipeline.runs.scene_of_run import DEFAULT_THRESHOLD
 def on_surface(store: xr.Dataset) -> bool:
     """Whether a store is of runs on an elevation model."""
     return "elevation" in store.variables and {"x", "y"} <= {*store["elevation"].dims}
+
+
+def bed(store: xr.Dataset, run: int) -> NDArray[np.float64]:
+    """Elevation of the bed of a run on an elevation model, with its earthworks, (ny, nx), m."""
+    elevation = store["elevation"]
+    return np.asarray(elevation.isel(run=run) if "run" in elevation.dims else elevation, np.float64)
 
 
 def cell_area(store: xr.Dataset) -> xr.DataArray:

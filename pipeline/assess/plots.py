@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from pipeline.assess.frames import mean_spacing, on_surface
+from pipeline.assess.frames import bed, mean_spacing, on_surface
 from pipeline.assess.gridding import gridded
 from pipeline.assess.relief import draw_relief
 
@@ -82,7 +82,7 @@ def depth_panels(
     levels = MaxNLocator(LEVELS, min_n_ticks=5).tick_values(0, max(float(depth.max()), 1e-6))
     filled = [levels[1] / 20, *levels[1:]]
     norm = BoundaryNorm(levels, colormaps[COLOURS].N)
-    ground = store["elevation"].to_numpy() if on_surface(store) else None
+    ground = bed(store, run) if on_surface(store) else None
     for panel, frame in zip(axes.flat, depth, strict=False):
         values = frame.to_numpy()
         if ground is not None:

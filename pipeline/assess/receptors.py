@@ -36,13 +36,39 @@ class Cells:
         self.spacing = float(
             np.diff(store["x"]).mean() if on_surface(store) else np.sqrt(np.min(cell_area(store)))
         )
+        self.buildings = store["building"].to_numpy() == 1 if "building" in store.variables else None
 
     @cached_property
     def _tree(self) -> KDTree:
         return KDTree(self.points)
 
     def of(self, receptor: Receptor) -> NDArray[np.intp]:
-        """Give the cells of a receptor, in the order of the store's points, shape (cells,)."""
+        """Give the cells of a receptor, in the order of the store's points, shape (cells,).
+
+        Of one in or on a building these are the cells around it, where what strikes it flows.
+        """
+        cells = self._held(receptor)
+        if self.buildings is None or not self.buildings.ravel()[cells].any():
+            return cells
+        return self._around(cells, whole=receptor.point is not None)
+
+    def _around(self, cells: NDArray[np.intp], *, whole: bool) -> NDArray[np.intp]:
+        """Put the cells around buildings in place of their own; ``whole`` : around all that they touch."""
+        from scipy.ndimage import binary_dilation, binary_propagation
+
+        assert self.buildings is not None
+        own = np.zeros_like(self.buildings)
+        own.ravel()[cells] = True
+        block = np.ones((3, 3), bool)
+        found = np.zeros_like(own)
+        if not whole:
+            found = (binary_dilation(own & self.buildings, block) | own) & ~self.buildings
+        if not found.any():
+            touched = binary_propagation(own & self.buildings, block, mask=self.buildings)
+            found = binary_dilation(touched, block) & ~self.buildings
+        return np.flatnonzero(found)
+
+    def _held(self, receptor: Receptor) -> NDArray[np.intp]:
         if receptor.point is not None:
             return self._nearest(np.array([receptor.point]))
         if receptor.line is not None:

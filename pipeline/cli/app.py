@@ -45,6 +45,7 @@ for command in (
     assess.tables,
     maps.hazard,
     maps.emulate,
+    maps.compare,
     assess.sensitivity,
     assess.calibrate,
     maps.report,

@@ -9,7 +9,8 @@ import typer
 
 import pipeline
 from pipeline.cli.exit_codes import SOME_FAILED, end, exit_on_errors
-from pipeline.cli.options import Emulate, Out, Store, read_numbers
+from pipeline.cli.options import Emulate, Out, Store, read_numbers, read_place
+from pipeline.store.storage import Location
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -114,6 +115,54 @@ def hazard(
             emulate=emulate,
             tell=told.line,
             warn=told.warning,
+        )
+
+
+def compare(
+    out: Out,
+    other: Annotated[
+        Location | None,
+        typer.Argument(parser=read_place, help="Place of the second scenario.", show_default="OUT"),
+    ] = None,
+    scenarios: Annotated[
+        tuple[str, str],
+        typer.Option(
+            metavar="FIRST SECOND", help="Names of two scenarios; maps show the second less the first."
+        ),
+    ] = ...,  # type: ignore[assignment]
+    to: Annotated[
+        Path | None, typer.Option(help="Folder to write to.", show_default="OUT/compare/FIRST-SECOND")
+    ] = None,
+    depth: Thresholds = None,
+    speed: Thresholds = None,
+    momentum_flux: Thresholds = None,
+    pressure: Thresholds = None,
+    spacing: Annotated[float | None, typer.Option(help="Of the lattice for clouds, m.")] = None,
+    maps: Annotated[bool, typer.Option("--maps/--no-maps", help="Draw maps beside the NetCDF file.")] = True,
+) -> None:
+    """Map and table how two scenarios differ, as with a dam and without it.
+
+    The difference of shares of runs, of depth and pressure on maps and at receptors, each with bounds that
+    hold whatever runs are missing.
+    """
+    from pipeline.cli.display import working
+    from pipeline.store.storage import at_hand
+
+    if spacing is not None and not spacing > 0:
+        end(f"--spacing: expected a number above 0, found {spacing:g}")
+    with exit_on_errors(reading=True), working("compare") as told:
+        pipeline.compare(
+            out,
+            scenarios,
+            other,
+            to=to or at_hand(out / "compare") / "-".join(scenarios),
+            depth=read_numbers("--depth", depth),
+            speed=read_numbers("--speed", speed),
+            momentum_flux=read_numbers("--momentum-flux", momentum_flux),
+            pressure=read_numbers("--pressure", pressure),
+            spacing=spacing,
+            pictures=maps,
+            tell=told.line,
         )
 
 

@@ -14,7 +14,7 @@ ERROR = "_error"
 BANDS = {"": "estimate", "_lower": "lower bound", "_upper": "upper bound", ERROR: "half width of the error"}
 # of shares that are coloured
 LEAST_SHOWN = 0.01
-Kind = Literal["share", "rate", "value", "time", "class"]
+Kind = Literal["share", "rate", "value", "time", "class", "difference"]
 
 
 @dataclass(frozen=True, eq=False)

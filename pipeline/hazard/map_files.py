@@ -10,6 +10,7 @@ import xarray as xr
 
 from pipeline.assess.georeference import Frame, MapAxes, frame
 from pipeline.hazard import geo_files
+from pipeline.hazard.differences import difference_layers
 from pipeline.hazard.layers import layers
 from pipeline.hazard.pictures import draw
 from pipeline.settings.hazard import Georeference
@@ -29,6 +30,20 @@ def ground(found: xr.Dataset) -> Frame | None:
         return frame(found, MapAxes(str(crs)))
     text = found.attrs.get("georeference")
     return frame(found, Georeference.model_validate_json(text)) if text else None
+
+
+def draw_differences(found: xr.Dataset, folder: Path) -> list[Path]:
+    """Draw maps of differences to a folder that is there.
+
+    Raises
+    ------
+    GeoreferenceError
+        If the maps cannot be laid on the ground.
+    OSError
+        If something cannot be written.
+    """
+    placed = ground(found)
+    return [draw(layer, found, placed, folder / f"{layer.name}.png") for layer in difference_layers(found)]
 
 
 def write_maps(found: xr.Dataset, folder: Path) -> list[Path]:

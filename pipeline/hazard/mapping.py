@@ -32,6 +32,7 @@ from pipeline.store.folder import whole
 from pipeline.store.place import store_paths
 from pipeline.store.storage import Location
 from pipeline.store.variables import (
+    BUILDING,
     COORDINATES,
     GRID_MAPPING,
     RETURN_PERIOD,
@@ -104,7 +105,7 @@ def map_hazard(runs: xr.Dataset, settings: Hazard) -> xr.Dataset:
     """
     found = xr.Dataset(coords={name: c for name, c in runs.coords.items() if "run" not in c.dims})
     for name in found.coords:
-        known = SURFACE_COORDINATES if on_surface(runs) else COORDINATES
+        known = (*(SURFACE_COORDINATES if on_surface(runs) else COORDINATES), BUILDING)
         found[name].attrs = next((v.cf_attributes for v in known if v.name == name), {})
     with dask.config.set(scheduler="threads", num_workers=THREADS):
         for quantity in QUANTITIES:
@@ -121,7 +122,22 @@ def map_hazard(runs: xr.Dataset, settings: Hazard) -> xr.Dataset:
         for variable in (*found.data_vars.values(), *found.coords.values()):
             if words := variable.attrs.get("long_name"):
                 variable.attrs["long_name"] = str(words).replace("share of runs", "share of events", 1)
+    found = _without_buildings(found)
     return found.assign_attrs(_attributes(counts(runs), settings, frequency))
+
+
+def _without_buildings(found: xr.Dataset) -> xr.Dataset:
+    """Leave out the cells of buildings, of which no flow says what reaches them."""
+    if "building" not in found.coords:
+        return found
+    stands = found["building"] == 1
+    for name, values in found.data_vars.items():
+        if {"y", "x"} <= {*values.dims}:
+            unknown = intensity.UNKNOWN if np.issubdtype(values.dtype, np.integer) else np.nan
+            kept = values.where(~stands, values.dtype.type(unknown)).transpose(*values.dims)
+            kept.attrs, kept.encoding = values.attrs, values.encoding
+            found[name] = kept
+    return found
 
 
 def _quantity(quantity: Quantity, runs: xr.Dataset, settings: Hazard) -> xr.Dataset:

@@ -32,7 +32,10 @@ SHARES = (0.01, 0.05, 0.1, 0.25, 0.5, 0.75, 0.9, 1.0)
 RATES = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0)
 # those of the Swiss hazard maps
 LEVEL_COLOURS = ("#fdf6c3", "#fee45c", "#4f8fcc", "#d7352b")
+# red is more, blue is less
+DIFFERENCES = "RdBu_r"
 UNKNOWN_COLOUR = "0.8"
+BUILDING_COLOUR = "0.25"
 # of colours on a hillshade
 OVER_RELIEF = 0.8
 PANEL_TITLES = {
@@ -82,6 +85,7 @@ def draw(layer: Layer, found: xr.Dataset, frame: Frame | None, path: Path) -> Pa
             draw_relief(panel, east[0], north[:, 0], found["elevation"].to_numpy())
         else:
             _contour_bed(panel, east, north, found)
+        _fill_buildings(panel, east, north, found)
         _frame_panel(panel, frame, corners)
         mark_receptors(panel, frame, found, named=bound == "")
         if len(shown) > 1:
@@ -97,6 +101,8 @@ def draw(layer: Layer, found: xr.Dataset, frame: Frame | None, path: Path) -> Pa
     lines = [f"{found.attrs['title']}: {layer.title}", found.attrs["comment"], *_sources(layer, found)]
     if frame:
         lines[1] += f"; {frame.system}"
+    if "building" in found.coords:
+        lines[1] += "; buildings are dark"
     text = "\n".join(textwrap.fill(line, characters) for line in lines)
     title = panels[0].annotate(
         text,
@@ -148,8 +154,10 @@ class _Colours:
             self.map: Colormap = ListedColormap([UNKNOWN_COLOUR, "white", *shades])
             self.norm = BoundaryNorm(np.arange(-1.5, len(self.words) + 1), self.map.N)
             return
-        self.map = colormaps[COLOURS]
-        if layer.kind in ("share", "rate"):
+        self.map = colormaps[DIFFERENCES if layer.kind == "difference" else COLOURS]
+        if layer.kind == "difference":
+            self.levels = _either_side(layer)
+        elif layer.kind in ("share", "rate"):
             self.levels = np.array(SHARES if layer.kind == "share" else RATES)
         else:
             largest = float(np.nanmax([layer.values[""].fillna(0).max(), 1e-6]))
@@ -174,6 +182,9 @@ class _Colours:
             )
             return
         given = np.ma.masked_invalid(values)
+        if self.layer.kind == "difference":
+            self._fill_differences(panel, x, y, given)
+            return
         # thin films stay white, as where nothing flows
         first = self.levels[1] / 20 if self.layer.kind == "value" else self.levels[0]
         bounds = [first, *self.levels[1:]]
@@ -190,12 +201,24 @@ class _Colours:
                 shading="nearest",
             )
 
+    def _fill_differences(self, panel: Axes, x: Array, y: Array, given: np.ma.MaskedArray) -> None:
+        """Colour more and less; what differs by next to nothing stays as it is."""
+        least = float(np.abs(self.levels).min())
+        unknown = np.ma.masked_where(~np.ma.getmaskarray(given), np.zeros(given.shape))
+        clipped = np.clip(np.ma.masked_inside(given, -least, least), self.levels[0], self.levels[-1])
+        grey = ListedColormap([UNKNOWN_COLOUR])
+        panel.pcolormesh(x, y, unknown, cmap=grey, shading="nearest", rasterized=True)
+        panel.pcolormesh(
+            x, y, clipped, cmap=self.map, norm=self.norm, shading="nearest", rasterized=True, alpha=self.alpha
+        )
+
     def explain(self, figure: Figure, panels: Sequence[Axes]) -> None:
         """Add the legend."""
         if self.layer.kind != "class":
             share = self.layer.title.removeprefix("emulated ").split()[:3]
             names = {"share": " ".join(share), "rate": "events a year", "time": "time"}
             label = names.get(self.layer.kind, self.layer.quantity.replace("_", " "))
+            label = f"difference ({label})" if self.layer.kind == "difference" else label
             units = f" ({self.layer.units})" if self.layer.units != "1" else ""
             bar = figure.colorbar(
                 ScalarMappable(self.norm, self.map),
@@ -224,6 +247,23 @@ def _hatch(panel: Axes, x: Array, y: Array, doubt: xr.DataArray | None) -> None:
     if doubt is None or not doubt.any():
         return
     panel.contourf(x, y, doubt.to_numpy().astype(float), levels=[0.5, 1.5], colors="none", hatches=["/////"])
+
+
+def _either_side(layer: Layer) -> Array:
+    """Levels of a difference, as many above 0 as below it."""
+    if layer.units == "1":
+        above = np.array(SHARES[1:])
+    else:
+        largest = float(np.nanmax([abs(layer.values[""]).fillna(0).max(), 1e-6]))
+        above = np.asarray(MaxNLocator(LEVELS, min_n_ticks=5).tick_values(0, largest))[1:]
+    return np.concatenate([-above[::-1], above])
+
+
+def _fill_buildings(panel: Axes, x: Array, y: Array, found: xr.Dataset) -> None:
+    """Fill the cells of buildings, where there are."""
+    if "building" in found.coords:
+        stands = np.ma.masked_equal(found["building"].to_numpy(), 0)
+        panel.pcolormesh(x, y, stands, cmap=ListedColormap([BUILDING_COLOUR]), shading="nearest")
 
 
 def _contour_bed(panel: Axes, x: Array, y: Array, found: xr.Dataset) -> None:

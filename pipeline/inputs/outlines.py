@@ -53,6 +53,32 @@ _PLAIN: dict[str, Kind] = {"Point": "point", "LineString": "line", "Polygon": "p
 KINDS: dict[str, Kind] = {**_PLAIN, **{f"Multi{name}": kind for name, kind in _PLAIN.items()}}
 
 
+def read_lines(path: Path, crs: str, layer: str | None = None) -> tuple[Outline, ...]:
+    """Read the lines of a file as `read` reads polygons; the rings of each are its parts, which stay open.
+
+    Raises
+    ------
+    OutlineError
+        If there is no such file or layer, a feature is no line, or the file has no reference system.
+    """
+    system, features = _features(path, layer, "lines")
+    found: list[Outline] = []
+    for geometry, name, where, values in features:
+        if (
+            geometry is None
+            or geometry.is_empty
+            or geometry.geom_type not in ("LineString", "MultiLineString")
+        ):
+            kind = "nothing" if geometry is None or geometry.is_empty else f"a {geometry.geom_type}"
+            raise OutlineError(f"expected lines, found {kind} in {where}")
+        pieces = getattr(geometry, "geoms", [geometry])
+        rings = tuple(_brought(np.asarray(piece.coords)[:, :2], system, crs, where) for piece in pieces)
+        found.append(Outline(name, rings, values))
+    if not found:
+        raise OutlineError(f"expected lines, found none in {path.name}")
+    return tuple(found)
+
+
 def read(path: Path, crs: str, layer: str | None = None) -> tuple[Outline, ...]:
     """Read the polygons of a file and bring them to a reference system.
 

@@ -14,7 +14,7 @@ from matplotlib.ticker import MaxNLocator
 from PIL import Image
 
 from pipeline.assess.ensemble import counts, events_per_year
-from pipeline.assess.frames import mean_spacing
+from pipeline.assess.frames import bed, mean_spacing
 from pipeline.assess.georeference import Frame
 from pipeline.assess.gridding import gridded
 from pipeline.assess.plots import COLOURS, LEVELS, title_of
@@ -116,7 +116,7 @@ def animation(store: xr.Dataset, run: int, frame: Frame | None) -> bytes | None:
         mesh, ax=axes, label="depth (m)", aspect=30, pad=0.02, ticks=levels[:: 1 if height > 2 else 3]
     )
     if frame and frame.is_map:
-        draw_relief(axes, east[0], north[:, 0], store["elevation"].to_numpy())
+        draw_relief(axes, east[0], north[:, 0], bed(store, run))
     if frame:
         corners = np.stack(frame.corners)
         axes.plot(*np.concatenate([corners, corners[:, :1]], axis=1), color="0.3", linewidth=0.6)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from pipeline.runs.run import Run
 from pipeline.runs.shared_points import SharedPoints
-from pipeline.scenario import solver_objects
+from pipeline.scenario import solver_objects, structures
 
 if TYPE_CHECKING:
     from pipeline.settings.settings import GivenDepth, KindOfSide, Settings
@@ -78,10 +78,8 @@ def build_scene(run: Run, shared: SharedPoints) -> Prepared:
     settings = run.settings
     points, scheme = shared.points, solver_objects.scheme(settings)
     terrain: SlopeProfile | ElevationModel
-    if shared.raster is None:
-        terrain, ground = solver_objects.slope(settings.terrain, run.table), None
-    else:
-        terrain = ground = solver_objects.surface(settings.terrain, shared.raster)
+    ground = structures.ground(settings, shared.raster, run.outlines)
+    terrain = solver_objects.slope(settings.terrain, run.table) if ground is None else ground
     laid = solver_objects.laid(settings, points, run.outlines, ground)
     friction, earth_pressure = solver_objects.laws(settings)
     sides = settings.boundaries
@@ -99,6 +97,7 @@ def build_scene(run: Run, shared: SharedPoints) -> Prepared:
         operators=shared.operators.get(key(points, scheme)),
         zones=solver_objects.zones(settings, points, run.outlines),
         erodible_bed=solver_objects.erodible_bed(settings, points, terrain, run.outlines, shared.depths),
+        buildings=structures.buildings(settings, points, run.outlines),
     )
     return Prepared(
         scene=scene,

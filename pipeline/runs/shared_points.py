@@ -57,7 +57,8 @@ def made(
     points = solver_objects.points(settings, file)
     for run in runs:
         scheme = solver_objects.scheme(run.settings)
-        kinds.add(kind_of(points, scheme, on_surface=raster is not None))
+        built = any(each.kind == "building" for each in run.settings.structures)
+        kinds.add(kind_of(points, scheme, on_surface=raster is not None, built=built))
         needed = key(points, scheme)
         if needed is not None and needed not in operators:
             operators[needed] = prepare(points, scheme)

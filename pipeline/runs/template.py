@@ -18,7 +18,16 @@ from pipeline.scenario.sweep import meaning_of
 from pipeline.settings.points import LatticePoints
 from pipeline.store import provenance
 from pipeline.store.layout import Template, group_size, run_bytes
-from pipeline.store.variables import RETURN_PERIOD, WEIGHT, Variable, coordinates, grid_mapping, kept
+from pipeline.store.variables import (
+    BUILDING,
+    RETURN_PERIOD,
+    WEIGHT,
+    Variable,
+    coordinates,
+    grid_mapping,
+    kept,
+)
+from solver.physics.elevation import ElevationModel
 from solver.points.lattice import Lattice
 
 if TYPE_CHECKING:
@@ -38,15 +47,15 @@ def variables(scenario: Scenario) -> tuple[Variable, ...]:
 
 def profile(scenario: Scenario) -> tuple[Variable, ...]:
     """Profile variables that differ between runs, with ``run`` as their first dimension."""
-    if scenario.ground is not None:
-        return ()
-    if not any(key.split(".")[0] == "terrain" for key in scenario.settings.varied):
+    on_surface = scenario.ground is not None
+    changing = "structures" if on_surface else "terrain"
+    if not any(key.split(".")[0] == changing for key in scenario.settings.varied):
         return ()
     cloud = not isinstance(scenario.settings.points, LatticePoints)
     return tuple(
         replace(v, dims=("run", *v.dims))
-        for v in coordinates(cloud)
-        if v.name in ("elevation", "horizontal_distance")
+        for v in coordinates(cloud, on_surface)
+        if v.name in ("elevation", "area" if on_surface else "horizontal_distance")
     )
 
 
@@ -71,6 +80,7 @@ def template(scenario: Scenario, runs: Runs, shared: SharedPoints) -> Template:
                 for v in coordinates("point" in sizes, scenario.ground is not None)
                 if v.name not in {h.name for h in held}
             ),
+            *built(prepared),
             *mapping(scenario),
             (Variable("run", ("run",), "int64", "1", "position in the design", -1), np.arange(len(runs))),
             *shares(scenario),
@@ -99,6 +109,14 @@ def mapping(scenario: Scenario) -> list[tuple[Variable, NDArray[Any]]]:
     from pipeline.inputs.reference_system import cf_attributes
 
     return [(grid_mapping(cf_attributes(scenario.ground.raster.crs)), np.array(0))]
+
+
+def built(prepared: Prepared) -> list[tuple[Variable, NDArray[Any]]]:
+    """Give the cells of buildings, where there are."""
+    buildings, on_surface = prepared.scene.buildings, isinstance(prepared.terrain, ElevationModel)
+    if buildings is None:
+        return []
+    return [(BUILDING.on_surface() if on_surface else BUILDING, buildings.astype(np.int8))]
 
 
 def shares(scenario: Scenario) -> list[tuple[Variable, NDArray[Any]]]:

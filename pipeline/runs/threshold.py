@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from pipeline.runs.run import Run
 from pipeline.runs.runs import expand
 from pipeline.runs.scene_of_run import DEFAULT_THRESHOLD
-from pipeline.scenario import solver_objects
+from pipeline.scenario import solver_objects, structures
 from solver.release.polygons import ring_area
 
 if TYPE_CHECKING:
@@ -28,9 +28,8 @@ def threshold(scenario: Scenario, points: Lattice | PointCloud) -> float:
     runs = expand(scenario)
     varied = any(key.startswith("release") for key in settings.varied)
     shallowest = min(runs, key=_depth) if varied else runs[0]
-    ground = None
-    if scenario.ground is not None:
-        ground = solver_objects.surface(shallowest.settings.terrain, scenario.ground.raster)
+    raster = None if scenario.ground is None else scenario.ground.raster
+    ground = structures.ground(shallowest.settings, raster, shallowest.outlines)
     laid = solver_objects.laid(shallowest.settings, points, shallowest.outlines, ground)
     return DEFAULT_THRESHOLD * float(laid.depth.max())
 

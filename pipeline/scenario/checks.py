@@ -16,7 +16,7 @@ from pipeline.inputs.elevation_table import ElevationTable
 from pipeline.inputs.point_file import PointFile
 from pipeline.inputs.polygons import crossing, reaches
 from pipeline.mistakes import BadInput, Mistake
-from pipeline.scenario import endless, solver_objects
+from pipeline.scenario import endless, solver_objects, structures
 from pipeline.scenario.design import share_within
 from pipeline.scenario.ground import OUTSIDE, Ground, GroundCheck
 from pipeline.scenario.places import on_bed, part_inside, receptors_on_bed
@@ -29,6 +29,7 @@ from pipeline.settings.points import FilePoints
 from pipeline.settings.sample import power_of_two
 from pipeline.settings.section import Pair
 from pipeline.settings.settings import Settings
+from pipeline.settings.structures import PLACE
 from solver.physics.terrain import SlopeProfile
 from solver.release.shapes import Release
 
@@ -172,7 +173,7 @@ class _Judge:
             related: tuple[Path, ...] = (("domain",), ("material",), ("terrain",), ("time",), ("release",))
             return [Problem(("domain",), found, related=related)]
         extent = solver_objects.extent(settings)
-        problems = _erodible(settings, extent)
+        problems = self._structures(settings) + _erodible(settings, extent)
         for i, release in enumerate(solver_objects.releases(settings)):
             path: Path = ("release", i) if isinstance(settings.release, tuple) else ("release",)
             whole, part = _lost(replace(release, volume=None, velocity=(0.0, 0.0)), extent)
@@ -188,6 +189,16 @@ class _Judge:
                 self.lost[path] = max(self.lost.get(path, (0.0, 0.0)), (volume, part))
         return problems
 
+    def _structures(self, settings: Settings) -> list[Problem]:
+        """List what is wrong with the buildings of a run on a profile."""
+        if not settings.structures:
+            return []
+        judged = structures.judge(settings, None, None)
+        self.map_files.doubts |= judged.doubts
+        if judged.problems or judged.buildings is None:
+            return list(judged.problems)
+        return structures.overlapping_shapes(settings, judged.buildings)
+
     def for_all_runs(self, settings: Settings) -> list[Problem]:
         """List what is wrong with what is said of all runs; receptors are in coordinates of the bed."""
         problems = [] if settings.georeference is None else self._on_map(settings, settings.georeference)
@@ -196,6 +207,12 @@ class _Judge:
                 kind = "sweep" if name in settings.sweep else "sample"
                 at: Path = (kind, name) if kind == "sweep" else ("sample", "values", name)
                 found = "expected one elevation model for all runs, found several; write a scenario for each"
+                problems.append(Problem(at, found))
+        for name in settings.varied:
+            if name.startswith("structures.") and name.rpartition(".")[2] in PLACE:
+                kind = "sweep" if name in settings.sweep else "sample"
+                at = (kind, name) if kind == "sweep" else ("sample", "values", name)
+                found = "expected one place for all runs, found several; write a scenario for each to compare"
                 problems.append(Problem(at, found))
         domain = settings.domain
         if isinstance(settings.receptors, str):

@@ -14,7 +14,7 @@ from pipeline.inputs import elevation_raster, outlines
 from pipeline.inputs.elevation_raster import ElevationRaster, ElevationRasterError
 from pipeline.inputs.outlines import Outline, OutlineError
 from pipeline.inputs.polygons import reaches
-from pipeline.scenario import solver_objects
+from pipeline.scenario import solver_objects, structures
 from pipeline.scenario.places import part_inside
 from pipeline.scenario.schema_errors import Problem
 from pipeline.scenario.solver_objects import Outlines
@@ -22,6 +22,7 @@ from pipeline.scenario.strict_yaml import Path
 from pipeline.settings.receptor import Receptor
 from pipeline.settings.section import Pair
 from pipeline.settings.settings import Domain, Settings
+from pipeline.settings.structures import place_of
 from pipeline.settings.surface import ElevationTerrain, PolygonsRelease
 from solver.physics.elevation import SAME, ElevationModel
 from solver.points.lattice import Lattice
@@ -41,8 +42,8 @@ OUTSIDE = "expected a zone in the domain, found one outside, which changes nothi
 class Ground:
     """What the files of a scenario on an elevation model hold.
 
-    raster : the elevation model, around the domain. outlines : polygons by file and layer. depths :
-    rasters of erodible depth by file.
+    raster : the elevation model, around the domain. outlines : polygons, and lines of dams, by file and
+    layer. depths : rasters of erodible depth by file.
     """
 
     raster: ElevationRaster
@@ -79,7 +80,8 @@ class GroundCheck:
         self.folder = folder
         self.doubts: dict[Path, str] = {}
         self._rasters: dict[Any, ElevationRaster | Problem] = {}
-        self._outlines: dict[tuple[str, str | None, str], tuple[Outline, ...] | Problem] = {}
+        self._outlines: dict[tuple[str, str | None, str, bool], tuple[Outline, ...] | Problem] = {}
+        self._judged: dict[Any, structures.Judged] = {}
         self._inside: dict[Any, float] = {}
         self._reach = 0.0
         self.held: Ground | None = None
@@ -140,8 +142,38 @@ class GroundCheck:
             if not reaches(rings, domain.x, domain.y):
                 problems.append(Problem(path, f"{OUTSIDE} ({zone.file})", related=(path, ("domain",))))
         problems += self._erodible(settings, raster, read, depths)
+        problems += self._structures(settings, raster, read, model, problems)
         self.held = Ground(raster, read, depths)
         return settings, problems
+
+    def _structures(
+        self,
+        settings: Settings,
+        raster: ElevationRaster,
+        read: dict[tuple[str, str | None], tuple[Outline, ...]],
+        model: ElevationModel,
+        before: list[Problem],
+    ) -> list[Problem]:
+        """Read the files of structures into ``read``, and list what is wrong with structures."""
+        problems = []
+        for i, name, layer in structures.files(settings):
+            structure = settings.structures[i]
+            path: Path = ("structures", i, place_of(structure)[0])
+            held = self._polygons(name, layer, raster.crs, path, lines=structure.kind == "dam")
+            if isinstance(held, Problem):
+                problems.append(held)
+            else:
+                read[name, layer] = held
+        if problems or not settings.structures:
+            return problems
+        key = settings.structures, settings.domain, id(model)
+        if key not in self._judged:
+            self._judged[key] = structures.judge(settings, model, read)
+        judged = self._judged[key]
+        self.doubts |= judged.doubts
+        if judged.problems or before or judged.buildings is None:
+            return list(judged.problems)
+        return structures.overlapping(settings, read, judged.buildings)
 
     def receptors(self, settings: Settings) -> tuple[Receptor, ...] | Problem:
         """Give the receptors of settings; those of a file that are outside the domain are left out."""
@@ -293,18 +325,28 @@ class GroundCheck:
             self.doubts[terrain] = "; ".join(said)
 
     def _polygons(
-        self, name: str, layer: str | None, crs: str, path: Path, *, of_raster: bool = False
+        self,
+        name: str,
+        layer: str | None,
+        crs: str,
+        path: Path,
+        *,
+        of_raster: bool = False,
+        lines: bool = False,
     ) -> tuple[Outline, ...] | Problem:
-        key = name, layer, crs
+        """Read the polygons of a file, those of the classes of a raster, or its lines."""
+        key = name, layer, crs, lines
         if key not in self._outlines:
             file = self.folder / name
             if not file.exists():
                 self._outlines[key] = Problem(path, f"expected a readable file, found none: {file}")
             else:
                 try:
-                    self._outlines[key] = (
-                        outlines.read_classes(file, crs) if of_raster else outlines.read(file, crs, layer)
-                    )
+                    if of_raster:
+                        self._outlines[key] = outlines.read_classes(file, crs)
+                    else:
+                        read = outlines.read_lines if lines else outlines.read
+                        self._outlines[key] = read(file, crs, layer)
                 except OutlineError as error:
                     self._outlines[key] = Problem(path, f"{error} ({name})")
         return self._outlines[key]
@@ -350,10 +392,11 @@ class GroundCheck:
 
 
 def of_run(settings: Settings, outlines: Mapping[tuple[str, str | None], tuple[Outline, ...]]) -> Outlines:
-    """Pick the polygons that the releases, zones and erodible bed of a run are made of, by file and layer."""
+    """Pick what releases, zones, erodible bed and structures of a run are made of, by file and layer."""
     wanted = [(each.polygons, each.layer) for each in settings.releases if isinstance(each, PolygonsRelease)]
     wanted += [(zone.file, zone.layer) for zone in settings.zones if zone.file is not None]
     bed = settings.erodible_bed
     if bed is not None and bed.polygons is not None:
         wanted.append((bed.polygons, bed.layer))
+    wanted += [(name, layer) for _, name, layer in structures.files(settings)]
     return {key: outlines[key] for key in dict.fromkeys(wanted)}

@@ -54,6 +54,17 @@ erodible_bed:
 ```
 
 `docs/method.md`, "Erosion", has the equations of the laws, with usual values and sources.
+
+Dams, basins and buildings are a list. Dams and basins change an elevation model. Buildings stand on any
+lattice; on a profile their corners are given along and across the bed. A second scenario without one of them,
+compared by `pipeline compare`, says what it does:
+
+```yaml
+structures:
+  - {kind: building, polygon: buildings.gpkg}
+  - {kind: dam, line: dam.gpkg, height: 5, side_slope: 34, crest_width: 3}
+sweep: {structures.1.height: [0, 3, 5]}
+```
 """
 _TABLE = "| key | unit | values | default | meaning |\n|---|---|---|---|---|"
 

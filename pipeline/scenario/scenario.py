@@ -220,6 +220,9 @@ def _content(checked: checks.Checked) -> str:
     if held.get("sample"):
         # each is a scenario of its own
         held["sample"].pop("levels")
+    if not held["structures"]:
+        # stores of scenarios without them stay valid
+        del held["structures"]
     tables = {name: table.digest for name, table in sorted(checked.tables.items())}
     files = {} if checked.points is None else {"file": checked.points.digest}
     whole = {**held, "points": {**held["points"], **files}, "tables": tables}

@@ -16,6 +16,8 @@ from pipeline.settings.points import LatticePoints, Points, Region
 from pipeline.settings.receptor import Receptor
 from pipeline.settings.sample import Sample, Scalar
 from pipeline.settings.section import Positive, Section, key, relation
+from pipeline.settings.structures import AnyStructure
+from pipeline.settings.structures import unfit as unfit_structures
 from pipeline.settings.surface import ElevationTerrain, unfit
 from pipeline.settings.zones import Zone
 from solver.physics.constants import GRAVITY
@@ -199,6 +201,10 @@ class Settings(Section):
     erodible_bed: ErodibleBed | None = key(
         "what the flow may take up from its bed. Default: nothing", default=None
     )
+    structures: tuple[AnyStructure, ...] = key(
+        "dams, basins and buildings; each dam and basin is made on the ground that those before it leave",
+        default=(),
+    )
     boundaries: Boundaries = key("what stands at each side", default=Boundaries())
     scheme: AnyScheme = key("numerical choices", default=DEFAULT_SCHEME)
     time: Time = key("duration and frames", default=Time())
@@ -245,7 +251,7 @@ class Settings(Section):
 
     @model_validator(mode="after")
     def _fits_terrain(self) -> Settings:
-        error = unfit(self) or erodible_bed.unfit(self)
+        error = unfit(self) or erodible_bed.unfit(self) or unfit_structures(self)
         if error is not None:
             raise error
         for i, zone in enumerate(self.zones):

@@ -273,6 +273,15 @@ RETURN_PERIOD = Variable(
     "year",
     "mean time between events like the run; only where given",
 )
+BUILDING = Variable(
+    "building",
+    ("y", "x"),
+    "int8",
+    "",
+    "whether the cell is a building, which nothing flows through; only where there are buildings",
+    0,
+    {"flag_values": [0, 1], "flag_meanings": "ground building"},
+)
 AREA = Variable("area", ("point",), "float64", "m2", "area of the point's cell; clouds only")
 
 
@@ -344,7 +353,7 @@ def markdown() -> str:
     """Give the table of variables as it stands in ``docs/store.md``."""
     rows = [
         f"| `{v.name}` | {', '.join(v.dims)} | {v.dtype} | {v.units or '-'} | {v.long_name} |"
-        for v in (*COORDINATES, AREA, WEIGHT, RETURN_PERIOD, *kept())
+        for v in (*COORDINATES, AREA, BUILDING, WEIGHT, RETURN_PERIOD, *kept())
     ]
     return "\n".join(["| name | dimensions | type | units | what |", "|---|---|---|---|---|", *rows])
 

@@ -1,4 +1,4 @@
-"""The surface of the shipped torrent scenario, with its releases, buildings and loose bed, made from a seed.
+"""The surface of the shipped torrent scenarios, with releases, houses, loose bed and a dam, made from a seed.
 
 ``python -m pipeline.studies.torrent_terrain scenarios/torrent`` writes them: a catchment that a gully drains,
 a channel below it, and a fan with houses. No real place has this shape.
@@ -36,6 +36,9 @@ RELEASES = (
 # reaches of loose bed in the gully: name, depth, from and to, half of their breadth, m
 REACHES = (("upper", 1.5, 260.0, 620.0, 7.0), ("lower", 0.8, 620.0, 880.0, 6.0))
 
+# crest of a dam along the northern side of the channel below the apex, from the south-west corner, m
+DAM = ((958, 404), (1130, 392))
+
 
 def channel(x: Array) -> Array:
     """Northing of the channel's middle at eastings x from the south-west corner, m."""
@@ -66,28 +69,30 @@ def elevation(x: Array, y: Array, seed: int = SEED) -> Array:
 
 
 def write(folder: Path, seed: int = SEED) -> list[Path]:
-    """Write the elevation model, the outlines of releases, buildings and loose bed; give their paths."""
+    """Write the elevation model, and outlines of releases, buildings, loose bed and dam; give their paths."""
     import rasterio
     from rasterio.transform import from_origin
 
     x, y = np.arange(SPACING / 2, LENGTH, SPACING), np.arange(SPACING / 2, WIDTH, SPACING)
     folder.mkdir(parents=True, exist_ok=True)
     z = np.round(elevation(x, y, seed), 2).astype(np.float32)[::-1]
-    paths = [folder / name for name in ("terrain.tif", "releases.gpkg", "buildings.gpkg", "bed.gpkg")]
+    names = ("terrain.tif", "releases.gpkg", "buildings.gpkg", "bed.gpkg", "dam.gpkg")
+    paths = [folder / name for name in names]
     about = {"count": 1, "height": len(y), "width": len(x), "dtype": "float32", "nodata": -9999.0, "crs": CRS}
     place = from_origin(WEST, SOUTH + WIDTH, SPACING, SPACING)
     packed = {"compress": "deflate", "predictor": 3, "zlevel": 9}
     with rasterio.open(paths[0], "w", driver="GTiff", transform=place, **about, **packed) as target:
         target.write(z, 1)
     outlines = [np.array(corners, dtype=float) for _, _, corners in RELEASES]
-    _polygons(paths[1], "releases", outlines, [name for name, _, _ in RELEASES], [d for _, d, _ in RELEASES])
+    _shapes(paths[1], "releases", outlines, [name for name, _, _ in RELEASES], [d for _, d, _ in RELEASES])
     boxes = [
         np.array([(a, b), (a + w, b), (a + w, b + d), (a, b + d)], dtype=float)
         for _, (a, b), (w, d) in HOUSES
     ]
-    _polygons(paths[2], "buildings", boxes, [name for name, _, _ in HOUSES])
+    _shapes(paths[2], "buildings", boxes, [name for name, _, _ in HOUSES])
     reaches = [_along(start, stop, half) for _, _, start, stop, half in REACHES]
-    _polygons(paths[3], "bed", reaches, [name for name, *_ in REACHES], [depth for _, depth, *_ in REACHES])
+    _shapes(paths[3], "bed", reaches, [name for name, *_ in REACHES], [depth for _, depth, *_ in REACHES])
+    _shapes(paths[4], "dam", [np.array(DAM, dtype=float)], ["dam"], kind="LineString")
     return paths
 
 
@@ -98,18 +103,19 @@ def _along(start: float, stop: float, half: float) -> Array:
     return np.concatenate([np.stack([x, y - half], 1), np.stack([x, y + half], 1)[::-1]])
 
 
-def _polygons(
+def _shapes(
     path: Path,
     layer: str,
-    rings: Sequence[Array],
+    corners: Sequence[Array],
     names: Sequence[str],
     depths: Sequence[float] | None = None,
+    kind: str = "Polygon",
 ) -> None:
-    """Write polygons with their names, and depths if there are."""
+    """Write polygons or lines with their names, and depths if there are."""
     import pyogrio
     import shapely
 
-    shapes = shapely.to_wkb([shapely.Polygon(ring + np.array([WEST, SOUTH])) for ring in rings])
+    shapes = shapely.to_wkb([getattr(shapely, kind)(each + np.array([WEST, SOUTH])) for each in corners])
     fields = [np.array(names, dtype=object)] + ([] if depths is None else [np.array(depths)])
     path.unlink(missing_ok=True)
     pyogrio.raw.write(
@@ -119,7 +125,7 @@ def _polygons(
         ["name", "depth"][: len(fields)],
         layer=layer,
         crs=CRS,
-        geometry_type="Polygon",
+        geometry_type=kind,
     )
 
 

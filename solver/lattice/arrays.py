@@ -12,6 +12,7 @@ from solver.kernels.erosion import Erosion
 from solver.kernels.record import Record
 from solver.kernels.state import Bed, FaceValues, Fields, Fluxes, Grid, Material, Sides, Status
 from solver.lattice.spans import Spans
+from solver.lattice.walls import Walls
 
 # Rows held in the ring of fluxes.
 RING = 4
@@ -50,6 +51,8 @@ class LatticeArrays(NamedTuple):
         States at the start of the step and after its stages.
     inner
         (4,), whether a side is inside the lattice: what comes to it stops the run before the step.
+    walls
+        Cells beside buildings; None where the scene has none.
     """
 
     now: Fields
@@ -62,6 +65,7 @@ class LatticeArrays(NamedTuple):
     grid: Grid
     spans: Spans
     inner: NDArray[np.bool_]
+    walls: Walls | None
     buffers: Buffers
     record: Record
     erosion: Erosion

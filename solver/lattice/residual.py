@@ -43,6 +43,7 @@ from solver.lattice.ghosts import fill_ghosts
 from solver.lattice.reconstruction import face_values
 from solver.lattice.spans import hull
 from solver.lattice.symmetry import images, mirror_fluxes
+from solver.lattice.walls import close_x, close_y, faces_beside
 
 
 @kernel(unaliased=True)
@@ -200,7 +201,7 @@ def stage(
         Volumes that came in and left through x_min, x_max, y_min, y_max, m3.
     """
     status, bed, material, sides, grid = arrays.status, arrays.bed, arrays.material, arrays.sides, arrays.grid
-    spans, m, dry = arrays.spans.stepped, grid.stride, material.dry
+    spans, walls, m, dry = arrays.spans.stepped, arrays.walls, grid.stride, material.dry
     # rows of buffers have room for a whole vector more, so that none runs into the next
     room = m + LANES
     along, across, x_fluxes, y_fluxes, lost, before = arrays.buffers
@@ -217,6 +218,7 @@ def stage(
             for k in range(j if j < first else j + 1, j + 2):
                 a, b = hull(spans, k - 1, k + 1)
                 face_values(h, v, u, beta_y, k * m + a, m, whole(b - a), dry, across, (k % 2) * room + a)
+                faces_beside(now, walls, status, k, m, dry, False, across, (k % 2) * room)
             a, b = hull(spans, j, j + 1)
             hll(
                 across,
@@ -235,10 +237,12 @@ def stage(
                 restrict_side(y_fluxes, ring + a, h, v, u, beta_y, (j + 1) * m + a, b - a, low, -1.0)
             if j == grid.rows - GHOSTS - 1:
                 restrict_side(y_fluxes, ring + a, h, v, u, beta_y, j * m + a, b - a, high, 1.0)
+            close_y(walls, j, m, across, room, y_fluxes, ring)
         short = False
         a, b = spans[0, j], spans[1, j]
         if a < b:
             face_values(h, u, v, beta_x, j * m + a - 1, ONE, whole(b - a + 2), dry, along, a - 1)
+            faces_beside(now, walls, status, j, m, dry, True, along, 0)
             hll(
                 along,
                 a - 1,
@@ -256,6 +260,7 @@ def stage(
                 restrict_side(x_fluxes, ring + a, h, u, v, beta_x, j * m + a, ONE, west, -1.0)
             if b == m - GHOSTS:
                 restrict_side(x_fluxes, ring + b, h, u, v, beta_x, j * m + b - 1, ONE, east, 1.0)
+            close_x(walls, j, m, along, x_fluxes, ring)
             short = outflow_limits(
                 h,
                 j * m + a,

@@ -31,7 +31,8 @@ from solver.lattice.arrays import RING, Buffers, LatticeArrays
 from solver.lattice.residual import stage
 from solver.lattice.spans import Spans
 from solver.lattice.status import classify
-from solver.lattice.time_stepping import advance, record_maxima
+from solver.lattice.time_stepping import advance, advance_among_buildings, record_maxima
+from solver.lattice.walls import EAST, WEST, Walls, walls_of
 from solver.lattice.window import Part, Window, around, needed
 from solver.physics.resistance import Zoned
 from solver.points.lattice import Lattice
@@ -39,6 +40,7 @@ from solver.run import (
     Carried,
     Run,
     by_name,
+    check_buildings,
     erodible_depth,
     falling_rate,
     gravity_along_and_normal,
@@ -82,6 +84,7 @@ class LatticeRun(Run):
         if not isinstance(lattice, Lattice):
             raise TypeError(f"a lattice run needs a lattice, not a {type(lattice).__name__}")
         initial = state_of(scene)
+        check_buildings(scene)
         super().__init__(scene, initial[0], end, arrival_depth, indices=2)
         self.lattice = lattice
         self.columns, self.erodible = self._columns(), erodible_depth(scene)
@@ -119,7 +122,7 @@ class LatticeRun(Run):
 
     def _needed(self, initial: tuple[Array, ...]) -> Part:
         """Part of the lattice that has to be computed: of a symmetric scene no more than it needs."""
-        return needed(initial, self.sides)
+        return needed(initial, self.sides) if self.scene.buildings is None else Part(self.lattice.shape)
 
     def _make(self, window: Window) -> None:
         """Make the arrays of a window, dry and at rest."""
@@ -156,6 +159,7 @@ class LatticeRun(Run):
         )
         empty = np.zeros((2, self.grid.rows), dtype=np.int64)
         self.spans = Spans(empty, empty.copy(), empty.copy(), np.zeros(stride))
+        self.walls = None if self.scene.buildings is None else self._walls(self.scene.buildings)
         n = stride + LANES
         self.buffers = Buffers(
             FaceValues(*(roomy(n) for _ in range(7))),
@@ -171,6 +175,18 @@ class LatticeRun(Run):
             self._inner(self.erosion.available)[...] = self.erodible[window.cut]
         depth, speed_squared, momentum_flux = np.zeros((3, ny * nx))
         self.record = Record(depth, speed_squared, momentum_flux, np.full(ny * nx, np.nan))
+
+    def _walls(self, buildings: NDArray[np.bool_]) -> Walls:
+        """Give the cells of the window that are beside buildings."""
+        window = self.window
+        rows = slice(window.south, window.north + 2 * GHOSTS)
+        columns = slice(window.west, window.east + 2 * GHOSTS)
+        walls = walls_of(np.pad(buildings, GHOSTS)[rows, columns])
+        column = walls.cell % self.grid.stride
+        along, tangent = self.bed.along[column], self.scene.least_coefficient
+        lean = np.sign(along) * np.maximum(0.0, np.abs(along) - tangent * self.bed.normal[column])
+        walls.lean[:, WEST], walls.lean[:, EAST] = -lean * self.grid.dx, lean * self.grid.dx
+        return walls
 
     def _inner(self, padded: Array) -> Array:
         """View a flat padded array without its ghosts, of the shape of the window."""
@@ -228,6 +244,7 @@ class LatticeRun(Run):
             grid=self.grid,
             spans=self.spans,
             inner=self.inner,
+            walls=self.walls,
             buffers=self.buffers,
             record=self.record,
             erosion=self.erosion,
@@ -243,7 +260,8 @@ class LatticeRun(Run):
 
     def _step(self, limits: runge_kutta.Limits) -> int:
         """Step until a limit or a side of the window is come to."""
-        return int(advance(self.arrays, limits, self.progress))
+        step = advance if self.walls is None else advance_among_buildings
+        return int(step(self.arrays, limits, self.progress))
 
     def warm_up(self, piece: int) -> None:
         """Classify the cells, or take a stage of no length."""

@@ -24,6 +24,7 @@ from solver.lattice.residual import stage
 from solver.lattice.spans import comes_to, copy_surroundings, moving_volume_exceeds, spread
 from solver.lattice.status import classify
 from solver.lattice.symmetry import images
+from solver.lattice.walls import classify_beside
 
 # First and last row to be stepped, and number of cells.
 Rows = tuple[int, int, int]
@@ -86,6 +87,8 @@ def begin_step(arrays: LatticeArrays, limits: Limits, progress: Progress) -> tup
     """Find what is to be stepped, whether anything moves, and the largest wave rate, s-1."""
     now, status, sides, grid, spans = arrays.now, arrays.status, arrays.sides, arrays.grid, arrays.spans
     rate = classify(now, status, arrays.bed, arrays.material, sides, grid, spans)
+    beside = classify_beside(now, status, arrays.bed, arrays.material, grid, arrays.walls, spans)
+    rate = max(rate, beside)
     rows = spread(spans, status.static, sides, grid)
     first, last, started = rows[0], rows[1], progress.steps[0] > 0
     outcome = CONTINUE
@@ -130,6 +133,12 @@ def end_step(arrays: LatticeArrays, limits: Limits, progress: Progress) -> int:
         progress,
     )
     return CONTINUE if finite else NOT_FINITE
+
+
+@kernel()
+def advance_among_buildings(arrays: LatticeArrays, limits: Limits, progress: Progress) -> int:
+    """Step until a limit, where the arrays have walls; return which."""
+    return int(march(arrays, begin_step, take_stage, end_step, limits, progress))
 
 
 @kernel()

@@ -13,6 +13,7 @@ from solver.kernels.record import Record
 from solver.kernels.state import Fields, Grid, Material, Sides
 from solver.lattice.arrays import Buffers
 from solver.lattice.spans import Spans
+from solver.lattice.walls import Walls
 from solver.surface.metric import Metric
 
 
@@ -27,6 +28,8 @@ class SurfaceArrays(NamedTuple):
         DRY or BELOW_YIELD where a cell is so, else 0; flat array of the padded lattice.
     inner
         (4,), whether a side is inside the lattice: what comes to it stops the run before the step.
+    walls
+        Cells beside buildings; None where the scene has none.
     """
 
     now: Fields
@@ -39,6 +42,7 @@ class SurfaceArrays(NamedTuple):
     grid: Grid
     spans: Spans
     inner: NDArray[np.bool_]
+    walls: Walls | None
     buffers: Buffers
     record: Record
     erosion: Erosion

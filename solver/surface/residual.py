@@ -21,9 +21,11 @@ from solver.kernels.state import BELOW_YIELD, LANES, Fields, Fluxes, Material, w
 from solver.lattice.arrays import RING
 from solver.lattice.residual import copy_row
 from solver.lattice.spans import hull
+from solver.lattice.walls import close_x, close_y
 from solver.surface.arrays import SurfaceArrays
 from solver.surface.metric import EdgeFrames, Metric
 from solver.surface.reconstruction import edge_values
+from solver.surface.walls import edges_beside
 
 
 @kernel(unaliased=True)
@@ -203,7 +205,7 @@ def stage(
         Time step, s.
     """
     static, metric, material, grid = arrays.static, arrays.metric, arrays.material, arrays.grid
-    spans, m, dry = arrays.spans.stepped, grid.stride, material.dry
+    spans, walls, m, dry = arrays.spans.stepped, arrays.walls, grid.stride, material.dry
     room = m + LANES
     along, across, x_fluxes, y_fluxes, lost, before = arrays.buffers
     h, u, v = now
@@ -215,16 +217,20 @@ def stage(
         for k in range(j if j < first else j + 1, j + 2):
             a, b = hull(spans, k - 1, k + 1)
             edge_values(h, u, v, g_n, y, k * m + a, m, whole(b - a), dry, across, (k % 2) * room + a)
+            edges_beside(now, walls, g_n, y, k, m, m, dry, across, (k % 2) * room)
         a, b = hull(spans, j, j + 1)
         one, two = (j % 2) * room + a, ((j + 1) % 2) * room + a
         hll(across, one, across, two, static, j * m + a, m, whole(b - a), dry, y_fluxes, ring + a)
+        close_y(walls, j, m, across, room, y_fluxes, ring)
         lengthen(y_fluxes, ring + a, y.length, j * m + a, b - a)
         short = False
         a, b = spans[0, j], spans[1, j]
         if a < b:
             cell = j * m + a - 1
             edge_values(h, u, v, g_n, x, cell, ONE, whole(b - a + 2), dry, along, a - 1)
+            edges_beside(now, walls, g_n, x, j, m, ONE, dry, along, 0)
             hll(along, a - 1, along, a, static, cell, ONE, whole(b - a + 1), dry, x_fluxes, ring + a)
+            close_x(walls, j, m, along, x_fluxes, ring)
             lengthen(x_fluxes, ring + a, x.length, cell, b - a + 1)
             masses = x_mass, ring + a, y_mass, below + a, ring + a
             short = outflow_limits(h, metric.per_area, cell + 1, b - a, *masses, dt, lost, ring + a)

@@ -18,7 +18,8 @@ from solver.surface.arrays import SurfaceArrays
 from solver.surface.metric import metric_of
 from solver.surface.residual import stage
 from solver.surface.status import classify_surface
-from solver.surface.time_stepping import advance_surface
+from solver.surface.time_stepping import advance_among_buildings, advance_surface
+from solver.surface.walls import set_walls
 
 
 class SurfaceRun(LatticeRun):
@@ -94,6 +95,8 @@ class SurfaceRun(LatticeRun):
             scene.least_coefficient,
             scene.scheme.cfl,
         )
+        if self.walls is not None:
+            set_walls(self.walls, self.metric, self.grid.stride, d, scene.least_coefficient)
 
     @property
     def arrays(self) -> SurfaceArrays:  # type: ignore[override]
@@ -109,13 +112,15 @@ class SurfaceRun(LatticeRun):
             grid=self.grid,
             spans=self.spans,
             inner=self.inner,
+            walls=self.walls,
             buffers=self.buffers,
             record=self.record,
             erosion=self.erosion,
         )
 
     def _step(self, limits: Limits) -> int:
-        return int(advance_surface(self.arrays, limits, self.progress))
+        step = advance_surface if self.walls is None else advance_among_buildings
+        return int(step(self.arrays, limits, self.progress))
 
     def warm_up(self, piece: int) -> None:
         """Classify the cells, or take a stage of no length."""

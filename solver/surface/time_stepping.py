@@ -22,6 +22,7 @@ from solver.surface.arrays import SurfaceArrays
 from solver.surface.metric import Metric
 from solver.surface.residual import stage
 from solver.surface.status import classify_surface, moving_volume_exceeds
+from solver.surface.walls import classify_edges_beside
 
 
 @kernel()
@@ -70,6 +71,8 @@ def begin_step(arrays: SurfaceArrays, limits: Limits, progress: Progress) -> tup
     """Find what is to be stepped, whether anything moves, and the largest wave rate, s-1."""
     now, static, grid, spans = arrays.now, arrays.static, arrays.grid, arrays.spans
     rate = classify_surface(now, static, arrays.metric, arrays.material, grid, spans)
+    about = arrays.metric, arrays.material, grid, arrays.walls
+    rate = max(rate, classify_edges_beside(now, static, *about, spans))
     rows = spread(spans, static, arrays.sides, grid)
     first, last, started = rows[0], rows[1], progress.steps[0] > 0
     outcome = CONTINUE
@@ -109,6 +112,12 @@ def end_step(arrays: SurfaceArrays, limits: Limits, progress: Progress) -> int:
     finite = record_maxima(now, spans, grid, dry, limits.arrival_depth, record, progress)
     empty_drains(now, arrays.metric, spans, grid, progress.ledger)
     return CONTINUE if finite else NOT_FINITE
+
+
+@kernel()
+def advance_among_buildings(arrays: SurfaceArrays, limits: Limits, progress: Progress) -> int:
+    """Step until a limit, where the arrays have walls; return which."""
+    return int(march(arrays, begin_step, take_stage, end_step, limits, progress))
 
 
 @kernel()

@@ -28,6 +28,9 @@ WORDS = {
     "FOLDER": "made/folder",
     "STORE": "place/heap.zarr",
     "OUT": "place",
+    "OTHER": "place",
+    "FIRST": "heap",
+    "SECOND": "heap",
     "PLACE": "place",
     "N": "1",
     "S": "1",
@@ -45,7 +48,11 @@ SMALL = {
         *(("[0.25, 0.5, 1]", "[0.5]"), ("[1, 5, 10]", "[5]"), ("[10, 30]", "[30]")),
     ),
     "torrent": (
-        *(("points: {spacing: 4}", "points: {spacing: 16}"), ("count: 12", "count: 2")),
+        *(
+            ("points: {spacing: 4}", "points: {spacing: 16}"),
+            ("count: 12", "count: 2"),
+            ("count: 6", "count: 2"),
+        ),
         ("end: 1800, output_every: 60", "end: 60, output_every: 60"),
     ),
     "paper": (
@@ -58,6 +65,7 @@ ELSEWHERE = ("pip", "pytest", "ruff", "mypy", ".ci/run")
 SLOW_MODULES = (
     *("pipeline.studies.scale", "pipeline.studies.collocation_scan", "pipeline.studies.stability"),
     *("solver.verification.exact_cases", "solver.verification.surface_cases"),
+    *("solver.verification.wall_cases", "solver.verification.deflection_cases"),
     *("pipeline.studies.convergence", "pipeline.studies.torrent_terrain", "pipeline.studies.emulation"),
     "solver.verification.erosion_cases",
 )
