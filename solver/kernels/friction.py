@@ -89,8 +89,8 @@ def _(law: DryTurbulent, drive_x: float, drive_y: float, h: float, normal: float
     return drive_x * drive_x + drive_y * drive_y <= most * most
 
 
-@mean_drive.of(DryTurbulent)
-def _(law: DryTurbulent, back: float, forth: float, h_back: float, h_forth: float, h: float) -> float:
+@mean_drive.of(DryTurbulent, Inertial)
+def _(law: Uniform, back: float, forth: float, h_back: float, h_forth: float, h: float) -> float:
     return 0.5 * (back + forth)
 
 
@@ -146,7 +146,7 @@ def _(law: Uniform, drive_x: float, drive_y: float, h: float, normal: float) -> 
     return (drive_x * drive_x + drive_y * drive_y) * (h * h) <= most * most
 
 
-@mean_drive.of(Quadratic, Viscoplastic, Inertial)
+@mean_drive.of(Quadratic, Viscoplastic)
 def _(law: Uniform, back: float, forth: float, h_back: float, h_forth: float, h: float) -> float:
     return 0.5 * (back * h_back + forth * h_forth) / (h if h > 0.0 else 1.0)
 
