@@ -205,10 +205,11 @@ SUMMARIES = (
         "horizontal distance from the crown of the release to the farthest cell that the flow reached",
     ),
     _scalar("lowest_elevation", "m", "lowest elevation that the flow reached; on elevation models only"),
-    _scalar("erosion_max_depth", "m", "largest depth eroded anywhere; with an erodible bed only"),
     _scalar("peak_depth", "m", "largest depth anywhere, over all time steps"),
     _scalar("peak_speed", "m s-1", "largest speed anywhere, over all time steps"),
 )
+
+EROSION = (_scalar("erosion_max_depth", "m", "largest depth eroded anywhere; with an erodible bed only"),)
 
 VOLUMES = (
     _scalar("volume_asked", "m3", "volume of the release as asked for"),
@@ -254,7 +255,7 @@ LATER = frozenset(
     {"volume_out_open", "volume_moving", "lowest_elevation", "volume_entrained", "erosion_max_depth"}
 )
 
-PER_RUN = (*VOLUMES, *SUMMARIES, *COSTS, *WARNINGS, *FAILURES)
+PER_RUN = (*VOLUMES, *SUMMARIES, *EROSION, *COSTS, *WARNINGS, *FAILURES)
 
 COORDINATES = (
     Variable("time", ("time",), "float64", "s", "time since release", attributes={"axis": "T"}),
