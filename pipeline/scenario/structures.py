@@ -202,7 +202,7 @@ def overlapping(settings: Settings, outlines: Outlines, built: NDArray[np.bool_]
     problems = []
     for i, release in enumerate(settings.releases):
         path: Path = ("release", i) if isinstance(settings.release, tuple) else ("release",)
-        for outline in solver_objects.chosen(release, outlines[release.polygons, release.layer]):  # type: ignore[arg-type, union-attr]
+        for outline in solver_objects.chosen(release.name, outlines[release.polygons, release.layer]):  # type: ignore[union-attr]
             shares = polygon_shares(outline.rings, lattice)
             part = float(shares[built].sum() / max(shares.sum(), 1e-300))
             if part > 0:
