@@ -291,7 +291,8 @@ def hazard_maps(
     out : path, str or Results
         The place.
     to : path, optional
-        Folder that the maps are written to: NetCDF and PNG, with a georeference also GeoTIFF and GeoPackage.
+        Folder that the maps are written to: NetCDF and PNG, on the ground also GeoTIFF, GeoPackage, a project
+        of QGIS and a STAC item.
         By default nothing is written.
     depth, speed, momentum_flux, pressure, erosion_depth : sequence of float, optional
         Thresholds (m, m s-1, m3 s-2, kPa, m) in place of those of the scenarios.
@@ -318,7 +319,7 @@ def hazard_maps(
         If something cannot be written.
     """
     from pipeline.assess.ensemble import NotTogetherError
-    from pipeline.hazard.map_files import write_maps
+    from pipeline.hazard.map_files import Written, write_maps, write_place
     from pipeline.hazard.mapping import WHOLE, of_place, write
 
     given = {
@@ -332,17 +333,24 @@ def hazard_maps(
     if spacing is not None:
         _positive("spacing", [spacing])
     made: dict[str, xr.Dataset] = {}
+    written: list[Written] = []
+    place = _place(out)
     try:
-        for name, found in of_place(_place(out), thresholds, spacing):
+        for name, found in of_place(place, thresholds, spacing):
             made[name] = found
             tell(f"{name}: {found.attrs['comment']}")
             if to is not None:
                 folder = Path(to) if name == WHOLE else Path(to) / name
                 tell(str(write(found, folder)))
-                for path in write_maps(found, folder) if pictures else ():
-                    tell(str(path))
+                if pictures:
+                    written.append(write_maps(found, folder))
+                    for path in written[-1].paths:
+                        tell(str(path))
     except NotTogetherError as error:
         warn(f"no map over all scenarios: {error}")
+    if to is not None:
+        for path in write_place(written, Path(to), place.resolve().name):
+            tell(str(path))
     return made
 
 

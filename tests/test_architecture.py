@@ -27,7 +27,8 @@ LAYERS = (
         "pipeline.inputs",
         "pipeline.scenario",
     ),
-    *("pipeline.runs", "pipeline.batch", "pipeline.assess", "pipeline.hazard", "pipeline.report"),
+    *("pipeline.runs", "pipeline.batch", "pipeline.assess", "pipeline.gis"),
+    *("pipeline.hazard", "pipeline.report"),
     *(
         "pipeline.results",
         "pipeline.api",

@@ -2,39 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from typing import Literal
+from collections.abc import Iterator
 
 import xarray as xr
 
 from pipeline.assess.probability import BOUNDS
+from pipeline.gis.layer import Layer
 
-BANDS = {"": "estimate", "_lower": "lower bound", "_upper": "upper bound"}
-Kind = Literal["share", "rate", "value", "time", "class"]
-
-
-@dataclass(frozen=True, eq=False)
-class Layer:
-    """One map.
-
-    name : of its files. title, units : for people. kind : what its values are. values : by bound, over y and
-    x; a time has no bounds. threshold : what is exceeded, in ``threshold_units``.
-    """
-
-    name: str
-    title: str
-    units: str
-    kind: Kind
-    values: Mapping[str, xr.DataArray]
-    quantity: str = ""
-    threshold: float | None = None
-    threshold_units: str = ""
-
-    @property
-    def is_certain(self) -> bool:
-        """Whether the bounds are the map itself."""
-        return all(values.equals(self.values[""]) for values in self.values.values())
+EARLIEST = "earliest_arrival_time"
 
 
 def layers(found: xr.Dataset) -> Iterator[Layer]:
@@ -58,12 +33,11 @@ def layers(found: xr.Dataset) -> Iterator[Layer]:
         if "arrival_rate" in found:
             title = "events a year that arrive"
             yield Layer("arrival_rate", title, "year-1", "rate", _bounds(found, "arrival_rate"))
-        times = found["arrival_time"]
-        yield Layer("arrival_time", "mean time of arrival", times.attrs["units"], "time", {"": times})
+        yield from _times(found)
     for name in ("intensity", "hazard_level"):
         if name in found:
             title = found[name].attrs["long_name"]
-            yield Layer(name, title, "", "class", _bounds(found, name))
+            yield Layer(name, title, "", "class", _bounds(found, name), name)
     if "period_intensity" in found:
         yield from _periods(found)
 
@@ -78,7 +52,17 @@ def _periods(found: xr.Dataset) -> Iterator[Layer]:
         }
         span = f"{longest:g}" if shortest == longest else f"{shortest:g} to {longest:g}"
         title = f"class of intensity of events of a return period of {span} years"
-        yield Layer(f"intensity_{longest:g}_years", title, "", "class", values)
+        yield Layer(f"intensity_{longest:g}_years", title, "", "class", values, "intensity")
+
+
+def _times(found: xr.Dataset) -> Iterator[Layer]:
+    """List the maps of times of arrival, with one legend for all."""
+    titles = {"arrival_time": "mean time of arrival", EARLIEST: "earliest arrival of any run"}
+    largest = float(found["arrival_time"].fillna(0).max())
+    for name, title in titles.items():
+        if name in found:
+            units = found[name].attrs["units"]
+            yield Layer(name, title, units, "time", {"": found[name]}, largest=largest)
 
 
 def _thresholds(found: xr.Dataset, quantity: str) -> Iterator[Layer]:

@@ -16,7 +16,8 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from pipeline.assess.ensemble import NotTogetherError, computed
 from pipeline.assess.georeference import Frame
-from pipeline.hazard.layers import Layer, layers
+from pipeline.gis.layer import Layer
+from pipeline.hazard.layers import layers
 from pipeline.hazard.map_files import ground
 from pipeline.hazard.mapping import WHOLE, of_place
 from pipeline.hazard.pictures import draw
