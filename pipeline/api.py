@@ -493,8 +493,17 @@ def calibrate(
     return made
 
 
-def write_report(out: Place, to: Anywhere | None = None, *, run: int | None = None) -> Location:
-    """Write one page about a place, whole in itself: maps, run-out, a run in motion, failures, versions.
+def write_report(
+    out: Place,
+    to: Anywhere | None = None,
+    *,
+    run: int | None = None,
+    title: str | None = None,
+    author: str | None = None,
+    client: str | None = None,
+    date: str | None = None,
+) -> Location:
+    """Write one page about a place, whole in itself: findings, maps, runs to look at and to ask, inputs.
 
     Parameters
     ----------
@@ -504,6 +513,8 @@ def write_report(out: Place, to: Anywhere | None = None, *, run: int | None = No
         The page; by default ``report.html`` in the place.
     run : int, optional
         Position of the run shown in motion; by default that of median run-out.
+    title, author, client, date : str, optional
+        Head of the page, in place of what the scenarios say under ``report``; a date is as 2026-03-31.
 
     Returns
     -------
@@ -516,13 +527,19 @@ def write_report(out: Place, to: Anywhere | None = None, *, run: int | None = No
         If the place holds no store.
     ValueError
         If no scenario has such a run.
+    OptionError
+        If the date is none.
     OSError
         If the page cannot be written.
     """
     from pipeline.report.page import write_report as write
+    from pipeline.settings.report import Report, is_date
 
+    if date is not None and not is_date(date):
+        raise OptionError("date", f"expected a day as 2026-03-31, found '{date}'")
     place = _place(out)
-    return write(place, place / "report.html" if to is None else _writable(to), run)
+    head = Report(title=title, author=author, client=client, date=date)
+    return write(place, place / "report.html" if to is None else _writable(to), run, head)
 
 
 def _located(path: Anywhere) -> Location:

@@ -114,10 +114,20 @@ def report(
     out: Out,
     to: Annotated[Path | None, typer.Option(help="Page to write.", show_default="OUT/report.html")] = None,
     run: RunShown = None,
+    title: Annotated[
+        str | None, typer.Option(help="Title.", show_default="that of the scenario, or the place")
+    ] = None,
+    author: Annotated[
+        str | None, typer.Option(help="Who wrote it.", show_default="that of the scenario")
+    ] = None,
+    client: Annotated[str | None, typer.Option(help="For whom.", show_default="that of the scenario")] = None,
+    date: Annotated[
+        str | None, typer.Option(help="Day, as 2026-03-31.", show_default="that of the scenario")
+    ] = None,
 ) -> None:
-    """Write one page about a place: maps, run-out, ledger, failures, versions; it needs no network."""
+    """Write one page about a place: findings, maps, runs to look at and to ask; it needs no network."""
     from pipeline.cli.display import working
 
     with exit_on_errors(reading=True), working("report"):
-        page = pipeline.write_report(out, to, run=run)
+        page = pipeline.write_report(out, to, run=run, title=title, author=author, client=client, date=date)
     typer.echo(str(page))

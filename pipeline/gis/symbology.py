@@ -18,6 +18,10 @@ UNKNOWN_COLOUR = "#cccccc"
 UNKNOWN_WORDS = "not computed"
 # with fewer classes below the largest value a scale says nothing, as on a model in a laboratory
 LEAST_CLASSES = 3
+WRITTEN = {
+    **{"m s-1": "m/s", "m s-2": "m/s²", "m3 s-2": "m³/s²", "kg m-3": "kg/m³", "m2": "m²", "m3": "m³"},
+    **{"degree": "°", "degrees": "°", "1": ""},
+}
 STEPS = (1.0, 2.0, 5.0)
 MOST_STEPS = 8
 
@@ -135,8 +139,7 @@ def of_values(name: str, units: str, largest: float, smallest: float = 0.0) -> S
 
 def written(units: str) -> str:
     """Write a unit of the CF conventions for people: ``m s-1`` as ``m/s``."""
-    known = {"m s-1": "m/s", "m3 s-2": "m³/s²", "kg m-3": "kg/m³", "m2": "m²", "m3": "m³", "degree": "°"}
-    return known.get(units, units)
+    return WRITTEN.get(units, units)
 
 
 def _even(name: str, largest: float, smallest: float) -> Scale:

@@ -8,6 +8,7 @@ import xarray as xr
 
 from pipeline.assess.probability import BOUNDS
 from pipeline.gis.layer import Layer
+from pipeline.gis.symbology import written
 
 EARLIEST = "earliest_arrival_time"
 
@@ -74,7 +75,7 @@ def _thresholds(found: xr.Dataset, quantity: str) -> Iterator[Layer]:
             bound: part.isel({thresholds.name: i}, drop=True)
             for bound, part in _bounds(found, f"{quantity}_exceedance").items()
         }
-        title = f"share of {_counted(found)} with a {_words(quantity)} above {threshold:g} {units}"
+        title = f"share of {_counted(found)} with a {_words(quantity)} above {threshold:g} {written(units)}"
         name = f"{quantity}_above_{threshold:g}"
         yield Layer(name, title, "1", "share", values, quantity, threshold, units)
 

@@ -7,8 +7,7 @@ import json
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
+from matplotlib.backend_bases import RendererBase
 from matplotlib.patheffects import withStroke
 from matplotlib.text import Annotation
 from matplotlib.ticker import MaxNLocator
@@ -113,9 +112,8 @@ def _placed(places: list[list[float]], frame: Frame | None) -> tuple[Array, Arra
     return frame.on_map(x, y) if frame else (x, y)
 
 
-def keep_apart(figure: Figure, panel: Axes, names: list[Annotation]) -> None:
+def keep_apart(renderer: RendererBase, panel: Axes, names: list[Annotation]) -> None:
     """Move names so that they lie within the panel and on no other name, where there is room."""
-    renderer = FigureCanvasAgg(figure).get_renderer()  # type: ignore[no-untyped-call]
     inside = panel.get_window_extent(renderer)
     taken: list[Bbox] = []
     for name in names:

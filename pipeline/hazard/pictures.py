@@ -10,8 +10,11 @@ from typing import Literal
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.backend_bases import RendererBase
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
@@ -20,6 +23,7 @@ from pipeline.assess.plots import CHARACTERS_PER_INCH
 from pipeline.assess.relief import draw_relief
 from pipeline.gis.layer import Layer
 from pipeline.gis.symbology import UNKNOWN_COLOUR, UNKNOWN_WORDS, Style
+from pipeline.gis.vectors import RELEASE_COLOUR
 from pipeline.hazard import intensity
 from pipeline.hazard.map_panel import (
     WIDTH,
@@ -33,6 +37,7 @@ from pipeline.hazard.map_panel import (
 Array = NDArray[np.float64]
 # of colours on a hillshade; of a bound where it is the estimate
 OVER_RELIEF, ALIKE = 0.8, 0.25
+REACHED_COLOUR = "#2171b5"
 # above every value
 HIGHEST = 1e30
 PANEL_TITLES = {
@@ -111,9 +116,67 @@ def draw(layer: Layer, found: xr.Dataset, frame: Frame | None, path: Path) -> Pa
     layout.execute(figure)
     figure.set_layout_engine("none")
     title.set_in_layout(True)
-    keep_apart(figure, panels[0], names)
+    keep_apart(_renderer(figure), panels[0], names)
     figure.savefig(path, bbox_inches="tight")
     return path
+
+
+def draw_location(found: xr.Dataset, frame: Frame | None, path: Path) -> Path:
+    """Draw where releases, receptors and the domain lie, and what any run reaches; no values.
+
+    Parameters
+    ----------
+    found : Dataset
+        Hazard maps over a lattice.
+    frame : Frame, optional
+        Of this lattice.
+    path : Path
+        Picture to write; its suffix says of what kind.
+
+    Raises
+    ------
+    OSError
+        If the picture cannot be written.
+    """
+    x, y = np.meshgrid(found["x"].to_numpy(), found["y"].to_numpy())
+    corners = frame.corners if frame else (x[[0, -1], [0, -1]], y[[0, -1], [0, -1]])
+    east, north = frame.on_map(x, y) if frame else (x, y)
+    width, height = (float(np.ptp(side)) for side in corners)
+    figure, (panel,) = _panels(height / width, 1, height / width < 0.5)
+    if "arrival_share" in found:
+        reached = found["arrival_share"].fillna(0).to_numpy() > 0
+        if reached.any() and not reached.all():
+            panel.contour(east, north, reached, levels=[0.5], colors=REACHED_COLOUR, linewidths=1.4)
+    if "elevation" in found.coords and found["elevation"].ndim == 2:
+        draw_relief(panel, east[0], north[:, 0], found["elevation"].to_numpy())
+    else:
+        contour_bed(panel, east, north, found)
+    frame_panel(panel, frame, corners)
+    names = mark_places(panel, frame, found)
+    scale_bar(panel, frame, width)
+    panel.set_ylabel("northing (m)" if frame else "across the bed (m)")
+    panel.set_xlabel("easting (m)" if frame else "along the bed (m)")
+    panel.legend(
+        handles=[
+            Line2D([], [], color=RELEASE_COLOUR, linestyle=(0, (4, 2)), label="release"),
+            Line2D([], [], color=REACHED_COLOUR, label="reached by any run"),
+            Line2D([], [], color="k", marker="o", markersize=3, linewidth=1.1, label="receptors"),
+        ],
+        loc="upper left",
+        bbox_to_anchor=(1.01, 1),
+        frameon=False,
+        borderaxespad=0,
+        fontsize="small",
+    )
+    figure.draw_without_rendering()
+    keep_apart(_renderer(figure), panel, names)
+    figure.savefig(path, bbox_inches="tight")
+    return path
+
+
+def _renderer(figure: Figure) -> RendererBase:
+    found: RendererBase = FigureCanvasAgg(figure).get_renderer()  # type: ignore[no-untyped-call]
+    return found
 
 
 def _panels(shape: float, count: int, wide: bool) -> tuple[Figure, list[Axes]]:
