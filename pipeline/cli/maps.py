@@ -51,6 +51,26 @@ def plot(
     typer.echo(str(path))
 
 
+def film(
+    store: Store,
+    run: RunShown = None,
+    to: Annotated[
+        Path | None,
+        typer.Option(help="Film: .gif, .webp or .mp4 (by ffmpeg).", show_default="STORE with .gif for .zarr"),
+    ] = None,
+) -> None:
+    """Write the film of a run, with scale, time and receptors."""
+    from pipeline.cli.display import working
+    from pipeline.report.film import write_film
+    from pipeline.store.storage import at_hand
+    from pipeline.store.zarr_store import open_store
+
+    path = to or at_hand(store.with_suffix(".gif"))
+    with exit_on_errors(reading=True), working("film"), open_store(store) as opened:
+        write_film(opened, run, path)
+    typer.echo(str(path))
+
+
 def figures(
     out: Out,
     to: Annotated[

@@ -131,7 +131,7 @@ def of_values(name: str, units: str, largest: float, smallest: float = 0.0) -> S
     scale = SCALES.get(name)
     if scale is None:
         scale = _even(name, largest, smallest)
-    elif not scale.closed and sum(edge < largest for edge in scale.edges) < LEAST_CLASSES:
+    elif not scale.closed and largest > 0 and sum(edge < largest for edge in scale.edges) < LEAST_CLASSES:
         scale = Scale(scale.caption, _ladder(largest, len(scale.edges)), scale.colours)
     unit = "" if units in ("1", "year-1", "") else f" ({written(units)})"
     return Style(f"{scale.caption}{unit}", _entries(scale))

@@ -36,7 +36,7 @@ SHOWN = (
     *("hazard_level", "intensity", "arrival_share", "arrival_rate"),
     *("earliest_arrival_time", "arrival_time"),
 )
-PALETTE = 128
+PALETTE = 256
 FOLDED = ("share", "value", "class")
 
 
@@ -91,7 +91,7 @@ def of_scenario(out: Location, store: xr.Dataset, found: xr.Dataset, run: int | 
     """
     name, settings = str(store.attrs["title"]), stored(store.attrs)
     placed = ground(found)
-    shown = _median(store) if run is None else run
+    shown = median_run(store) if run is None else run
     motion = None
     if shown is not None and shown < store.sizes["run"]:
         motion = animation(store, shown, placed, found)
@@ -165,7 +165,7 @@ def _small(path: Path) -> bytes:
     """Give a picture with a palette: a third of the bytes, and nothing that the eye would miss."""
     held = BytesIO()
     with Image.open(path) as picture:
-        picture.convert("RGB").quantize(PALETTE, method=Image.Quantize.MEDIANCUT).save(
+        picture.convert("RGB").quantize(PALETTE, method=Image.Quantize.MAXCOVERAGE).save(
             held, "PNG", optimize=True
         )
     return held.getvalue()
@@ -182,8 +182,8 @@ def _script(data: str | None) -> str | None:
     return None if data is None else data.replace("<", "\\u003c").replace("&", "\\u0026")
 
 
-def _median(store: xr.Dataset) -> int | None:
-    """Position of the computed run whose run-out is the median; of any computed one where none has one."""
+def median_run(store: xr.Dataset) -> int | None:
+    """Give the position of the computed run of median run-out; of any computed one where none has one."""
     known = np.flatnonzero(computed(store))
     if not known.size:
         return None

@@ -103,11 +103,14 @@ class Explorer {
   }
 
   fit() {
+    const es = this.corners().map((c) => c[0]), ns = this.corners().map((c) => c[1]);
+    const [w, e, s, n] = [Math.min(...es), Math.max(...es), Math.min(...ns), Math.max(...ns)];
+    // as high as the map asks for, within the screen
+    const wanted = Math.max(260, (1.05 * this.canvas.getBoundingClientRect().width * (n - s)) / (e - w));
+    this.canvas.style.height = `min(62vh, 34rem, ${Math.round(wanted)}px)`;
     const box = this.canvas.getBoundingClientRect(), ratio = window.devicePixelRatio || 1;
     this.canvas.width = Math.max(1, Math.round(box.width * ratio));
     this.canvas.height = Math.max(1, Math.round(box.height * ratio));
-    const es = this.corners().map((c) => c[0]), ns = this.corners().map((c) => c[1]);
-    const [w, e, s, n] = [Math.min(...es), Math.max(...es), Math.min(...ns), Math.max(...ns)];
     const scale = 0.96 * Math.min(this.canvas.width / (e - w), this.canvas.height / (n - s));
     this.view = { scale, e: (w + e) / 2, n: (s + n) / 2 };
   }

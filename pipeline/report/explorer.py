@@ -17,6 +17,7 @@ from pipeline.assess.relief import hillshade
 from pipeline.assess.tables import values
 from pipeline.gis import symbology
 from pipeline.gis.symbology import Style
+from pipeline.readable import number
 from pipeline.report.packing import coarser, pack, rounded_up, step_of, times
 from pipeline.settings.hazard import Hazard
 from pipeline.store.variables import STATUS, Status
@@ -208,8 +209,7 @@ def _runs(
 def _parameter(values: xr.DataArray, run: int) -> str:
     value = values[run].item()
     units = symbology.written(str(values.attrs.get("units", "")))
-    text = f"{value:.4g}" if isinstance(value, float) else str(value)
-    return f"{text} {units}" if units not in ("", "1") else text
+    return f"{number(value)} {units}".strip()
 
 
 def _periods(store: xr.Dataset, settings: Hazard) -> list[dict[str, Any]]:

@@ -9,7 +9,8 @@ import xarray as xr
 from pydantic import BaseModel
 
 from pipeline.gis.symbology import written
-from pipeline.report.tables import Table, number
+from pipeline.readable import number
+from pipeline.report.tables import Table
 from pipeline.scenario.scenario import Settings, stored
 from pipeline.settings.section import declared
 from solver.scheme import Collocation
