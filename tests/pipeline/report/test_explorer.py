@@ -8,6 +8,7 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
+from heaps import HEAP
 
 import pipeline
 from pipeline.assess.ensemble import ensemble
@@ -22,21 +23,6 @@ from pipeline.store.zarr_store import open_store
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
 BROWSER = next((found for name in BROWSERS if (found := shutil.which(name))), None)
-HEAP = {
-    "name": "heap",
-    "terrain": {"profile": "bend", "angle": 35, "start": 40, "end": 60},
-    "domain": {"x": [0, 120], "y": [-24, 24]},
-    "points": {"spacing": 2},
-    "release": {"shape": "cap", "centre": [14, 0], "radius": 10, "height": 3},
-    "material": {"bed_friction": 25, "earth_pressure": "isotropic"},
-    "time": {"end": 24, "output_every": 4},
-    "output": {"threshold": 0.05},
-    "sweep": {"material.bed_friction": [20, 23, 26, 30]},
-    "return_periods": {"material.bed_friction": [300, 100, 100, 30]},
-    "georeference": {"crs": "EPSG:2056", "origin": [2700000, 1200000], "azimuth": 120},
-    "receptors": [{"name": "Häusli", "point": [70, 0]}, {"name": "road", "line": [[60, -20], [60, 20]]}],
-    "hazard": {"depth": [0.2], "speed": [2]},
-}
 
 
 @pytest.fixture(scope="module")
@@ -221,7 +207,7 @@ addEventListener("load", async () => {
 });
 </script>
 </head>"""
-X, Y, THRESHOLD = 64.0, 2.0, 0.2
+X, Y, THRESHOLD = 60.0, 2.0, 0.2
 
 
 class Seen(HTMLParser):

@@ -27,6 +27,7 @@ BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
 BROWSER = next((found for name in BROWSERS if (found := shutil.which(name))), None)
 GROUND = "georeference: {crs: 'EPSG:2056', origin: [2700000, 1200000], azimuth: 30}\n"
 HAZARD = "hazard: {depth: [0.4], speed: []}\n"
+PICTURES = (1 + 6 + 3 + 3) + (1 + 2 + 1 + 2) + 3
 FEW_FIELDS = "output: {fields: [depth, max_depth]}\n"
 
 
@@ -94,8 +95,8 @@ def page(place):
 
 def test_the_page_needs_nothing_beside_itself(page):
     pictures = [target for tag, target in page.references if tag == "img"]
-    # maps, run-out and motion of each scenario; a map of what both kept
-    assert len(pictures) == (4 + 2) + (1 + 2) + 1
+    # location, maps, others folded out, section, run-out and motion; maps of what both kept
+    assert len(pictures) == PICTURES
     assert all(target.startswith("data:image/") for target in pictures)
     others = [target for tag, target in page.references if tag != "img"]
     assert all(target.startswith(("#", "data:")) for target in others)
@@ -225,7 +226,7 @@ def test_a_browser_shows_the_page_whole_and_without_a_complaint(place, tmp_path,
     shown = subprocess.run(command, capture_output=True, text=True, check=True, timeout=120)
     assert "CONSOLE" not in shown.stderr
     body = HTMLAttributes(shown.stdout).seen
-    assert json.loads(body) == {"pictures": 10, "missing": 0, "too_wide": False, "said": []}
+    assert json.loads(body) == {"pictures": PICTURES, "missing": 0, "too_wide": False, "said": []}
 
 
 class HTMLAttributes(HTMLParser):
