@@ -67,7 +67,7 @@ def place(tmp_path_factory, cluster):
 
     from catalogue import SCENARIO
 
-    from pipeline.batch import driver
+    from pipeline.batch import dask_pool, driver
 
     @contextmanager
     def given(count):
@@ -80,7 +80,8 @@ def place(tmp_path_factory, cluster):
         files.append(folder / f"{name}.yaml")
         files[-1].write_text(f"{text}sweep: {{material.bed_friction: {angles}}}\n{GROUND}{HAZARD}{more}")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(driver, "workers", given)
+        patch.setattr(dask_pool, "workers", given)
+        patch.setattr(driver, "FEW_RUNS", 0)
         run(folder / "out", *files, solve=partial(moving, log=folder / "log"))
     shown = CliRunner().invoke(app, ["report", str(folder / "out"), "--run", "1"])
     assert shown.exit_code == 0, shown.output
