@@ -142,6 +142,12 @@ def written(units: str) -> str:
     return WRITTEN.get(units, units)
 
 
+def with_unit(text: str, units: str) -> str:
+    """Write a number with its unit: ``12 m/s``, ``35°``, and without one ``12``."""
+    unit = written(units)
+    return f"{text}{unit}" if unit in ("°", "") else f"{text} {unit}"
+
+
 def _even(name: str, largest: float, smallest: float) -> Scale:
     """Make even steps: from 0, or to both sides of it where there are values below."""
     caption = name.replace("_", " ")

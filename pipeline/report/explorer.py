@@ -208,8 +208,7 @@ def _runs(
 
 def _parameter(values: xr.DataArray, run: int) -> str:
     value = values[run].item()
-    units = symbology.written(str(values.attrs.get("units", "")))
-    return f"{number(value)} {units}".strip()
+    return symbology.with_unit(number(value), str(values.attrs.get("units", "")))
 
 
 def _periods(store: xr.Dataset, settings: Hazard) -> list[dict[str, Any]]:

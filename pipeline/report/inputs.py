@@ -8,7 +8,7 @@ from typing import Any
 import xarray as xr
 from pydantic import BaseModel
 
-from pipeline.gis.symbology import written
+from pipeline.gis.symbology import with_unit
 from pipeline.readable import number
 from pipeline.report.tables import Table
 from pipeline.scenario.scenario import Settings, stored
@@ -58,9 +58,8 @@ def _given(section: BaseModel, path: tuple[str, ...]) -> Iterator[list[str]]:
             for i, each in enumerate(value):
                 yield from _given(each, (*place, str(i)))
         else:
-            unit = written(declared(section, name, "unit"))
             meaning = declared(section, name, "description").split(". Default:")[0].replace("`", "")
-            yield [".".join(place), f"{_shown(value)} {unit}".strip(), meaning]
+            yield [".".join(place), with_unit(_shown(value), declared(section, name, "unit")), meaning]
 
 
 def _shown(value: Any) -> str:

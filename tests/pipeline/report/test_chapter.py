@@ -18,7 +18,7 @@ from pipeline.assess.receptors import reached
 from pipeline.hazard.mapping import of_place
 from pipeline.report.findings import findings, sheets
 from pipeline.report.inputs import inputs, method
-from pipeline.report.section import _along_profile, section
+from pipeline.report.section import _along_profile, _along_surface, section
 from pipeline.report.tables import short
 from pipeline.scenario.scenario import stored
 from pipeline.store.variables import Status
@@ -102,7 +102,7 @@ def test_sheets_are_of_the_receptors_that_are_reached(store):
 
 def test_inputs_have_units_and_meanings(store):
     rows = {row[0]: row[1:] for row in inputs(store).rows}
-    assert rows["terrain.angle"][0] == "35 °"
+    assert rows["terrain.angle"][0] == "35°"
     assert rows["points.spacing"][0] == "2 m"
     assert rows["material.bed_friction"] == ["24, 26, 28, 31", "each of these values (sweep)"]
     assert rows["georeference.crs"][0] == "EPSG:2056"
@@ -129,6 +129,20 @@ class TestTheSection:
         largest = line.largest(field)
         assert np.flatnonzero(largest).tolist() == [7]
         assert largest.max() == 2
+
+    def test_follows_a_gully_on_an_elevation_model_downhill(self):
+        x, y = np.meshgrid(np.arange(0.0, 400, 4), np.arange(-40.0, 41, 4))
+        # a gully that falls to the east, and flow 2 m deep along its middle
+        bed, depth = 500 - 0.3 * x + 0.02 * y**2, np.where((np.abs(y) < 9) & (x < 300), 2.0, 0.0)
+        found = xr.Dataset(
+            {"depth_quantile": (("quantile", "y", "x"), depth[None])},
+            coords={"x": x[0], "y": y[:, 0], "elevation": (("y", "x"), bed)},
+        )
+        line = _along_surface(found)
+        assert (np.diff(line.bed) < 0).all()
+        assert line.distance[-1] == pytest.approx(296, abs=20)
+        assert (line.largest(found["depth_quantile"][0]) == 2).all()
+        assert sum(len(rows) for rows, _ in line.across) == (depth > 0).sum()
 
     def test_is_none_without_speeds(self, store, found):
         assert section(store, found.drop_vars("speed_quantile"), stored(store.attrs).hazard) is None
