@@ -74,6 +74,7 @@ SCALES = {
     "rate": Scale("events a year", (0.0, 0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0), "YlOrRd"),
     # thin films are shown, but pale
     "depth": Scale("depth", (0.01, 0.1, 0.25, 0.5, 1.0, 2.0, 5.0), "YlGnBu"),
+    "erosion_depth": Scale("depth of erosion", (0.01, 0.1, 0.25, 0.5, 1.0, 2.0), "YlOrBr"),
     "speed": Scale("speed", (0.1, 1.0, 2.0, 5.0, 10.0, 20.0, 40.0), "PuRd"),
     "momentum_flux": Scale("momentum flux", (0.1, 1.0, 5.0, 10.0, 50.0, 100.0, 500.0), "BuPu"),
     "pressure": Scale("dynamic pressure", (1.0, 3.0, 10.0, 30.0, 100.0, 300.0), "OrRd"),

@@ -21,7 +21,7 @@ def test_a_model_in_a_laboratory_has_classes_of_its_own():
     assert style.edges == [0.0002, 0.0005, 0.001, 0.002, 0.005, 0.01, 0.02, np.inf]
 
 
-@pytest.mark.parametrize("name", [*SCALES, "time", "erosion_depth"])
+@pytest.mark.parametrize("name", [*SCALES, "time", "another quantity"])
 def test_entries_leave_no_gap_and_no_colour_twice(name):
     style = symbology.of_values(name, "m", 7.3)
     for one, other in itertools.pairwise(style.entries):
