@@ -296,7 +296,8 @@ def hazard_maps(
     out : path, str or Results
         The place.
     to : path, optional
-        Folder that the maps are written to: NetCDF and PNG, with a georeference also GeoTIFF and GeoPackage.
+        Folder that the maps are written to: NetCDF and PNG, on the ground also GeoTIFF, GeoPackage, a project
+        of QGIS and a STAC item.
         By default nothing is written.
     depth, speed, momentum_flux, pressure, erosion_depth : sequence of float, optional
         Thresholds (m, m s-1, m3 s-2, kPa, m) in place of those of the scenarios.
@@ -325,7 +326,7 @@ def hazard_maps(
         If something cannot be written.
     """
     from pipeline.assess.ensemble import NotTogetherError
-    from pipeline.hazard.map_files import write_maps
+    from pipeline.hazard.map_files import Written, write_maps, write_place
     from pipeline.hazard.mapping import WHOLE, of_place, write
 
     given = {
@@ -339,15 +340,19 @@ def hazard_maps(
     if spacing is not None:
         _positive("spacing", [spacing])
     made: dict[str, xr.Dataset] = {}
+    written: list[Written] = []
+    place = _place(out)
     try:
-        for name, found in of_place(_place(out), thresholds, spacing):
+        for name, found in of_place(place, thresholds, spacing):
             made[name] = found
             tell(f"{name}: {found.attrs['comment']}")
             if to is not None:
                 folder = Path(to) if name == WHOLE else Path(to) / name
                 tell(str(write(found, folder)))
-                for path in write_maps(found, folder) if pictures else ():
-                    tell(str(path))
+                if pictures:
+                    written.append(write_maps(found, folder))
+                    for path in written[-1].paths:
+                        tell(str(path))
     except NotTogetherError as error:
         warn(f"no map over all scenarios: {error}")
     for name, each in _emulated(out, thresholds, warn) if emulate else ():
@@ -356,6 +361,9 @@ def hazard_maps(
             tell(each.comment)
         if to is not None:
             _write_emulated(each, Path(to) / name / "emulated", pictures, tell)
+    if to is not None:
+        for path in write_place(written, Path(to), place.resolve().name):
+            tell(str(path))
     return made
 
 
@@ -622,7 +630,7 @@ def _write_emulated(found: Emulated, folder: Path, pictures: bool, tell: Tell) -
     if found.maps is None:
         return
     tell(str(write(found.maps, folder, FILE)))
-    for path in write_maps(found.maps, folder) if pictures else ():
+    for path in write_maps(found.maps, folder).paths if pictures else ():
         tell(str(path))
 
 
@@ -705,9 +713,17 @@ def calibrate(
 
 
 def write_report(
-    out: Place, to: Anywhere | None = None, *, run: int | None = None, emulate: bool = False
+    out: Place,
+    to: Anywhere | None = None,
+    *,
+    run: int | None = None,
+    title: str | None = None,
+    author: str | None = None,
+    client: str | None = None,
+    date: str | None = None,
+    emulate: bool = False,
 ) -> Location:
-    """Write one page about a place, whole in itself: maps, run-out, a run in motion, failures, versions.
+    """Write one page about a place, whole in itself: findings, maps, runs to look at and to ask, inputs.
 
     Parameters
     ----------
@@ -717,6 +733,8 @@ def write_report(
         The page; by default ``report.html`` in the place.
     run : int, optional
         Position of the run shown in motion; by default that of median run-out.
+    title, author, client, date : str, optional
+        Head of the page, in place of what the scenarios say under ``report``; a date is as 2026-03-31.
     emulate : bool
         Whether to add emulated maps and tables, see `emulate`.
 
@@ -731,13 +749,19 @@ def write_report(
         If the place holds no store.
     ValueError
         If no scenario has such a run.
+    OptionError
+        If the date is none.
     OSError
         If the page cannot be written.
     """
     from pipeline.report.page import write_report as write
+    from pipeline.settings.report import Report, is_date
 
+    if date is not None and not is_date(date):
+        raise OptionError("date", f"expected a day as 2026-03-31, found '{date}'")
     place = _place(out)
-    return write(place, place / "report.html" if to is None else _writable(to), run, emulate)
+    head = Report(title=title, author=author, client=client, date=date)
+    return write(place, place / "report.html" if to is None else _writable(to), run, head, emulate)
 
 
 def _located(path: Anywhere) -> Location:

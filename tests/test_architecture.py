@@ -28,8 +28,8 @@ LAYERS = (
         "pipeline.inputs",
         "pipeline.scenario",
     ),
-    *("pipeline.runs", "pipeline.batch", "pipeline.assess", "pipeline.hazard"),
-    *("pipeline.emulation", "pipeline.report"),
+    *("pipeline.runs", "pipeline.batch", "pipeline.assess", "pipeline.gis"),
+    *("pipeline.hazard", "pipeline.emulation", "pipeline.report"),
     *(
         "pipeline.results",
         "pipeline.api",

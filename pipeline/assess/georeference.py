@@ -150,7 +150,7 @@ def north_up(found: xr.Dataset, frame: Frame) -> xr.Dataset:
         if np.issubdtype(given.dtype, np.integer):
             placed = np.where(inside, _nearest(given, row, column), -1).astype(given.dtype)
         else:
-            way = _nearest if name == "arrival_time" else _between
+            way = _nearest if str(name).endswith("arrival_time") else _between
             placed = np.where(inside, way(given, row, column), np.nan).astype(given.dtype)
         held[name] = (values.dims, placed, values.attrs)
     kept = {name: c for name, c in found.coords.items() if not set(SPACE) & set(c.dims)}

@@ -151,6 +151,13 @@ def mean_arrival(arrival: xr.DataArray, runs: xr.Dataset) -> xr.DataArray:
     return times / held.where(held > 0)
 
 
+def earliest_arrival(arrival: xr.DataArray, runs: xr.Dataset) -> xr.DataArray:
+    """Give the first time of arrival, s, of any computed run of a weight above 0; missing without one."""
+    counted = computed(runs) & (runs["weight"] > 0)
+    found: xr.DataArray = in_parts(arrival).where(counted.drop_vars(list(counted.coords))).min("run")
+    return found
+
+
 def quantiles(field: xr.DataArray, levels: Sequence[float], runs: xr.Dataset) -> Bounds:
     """Give the smallest value that at least a share of the runs keeps to, for each share.
 

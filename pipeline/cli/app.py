@@ -42,6 +42,7 @@ for command in (
     inspect.summary,
     maps.plot,
     maps.figures,
+    maps.film,
     assess.tables,
     maps.hazard,
     maps.emulate,

@@ -57,6 +57,26 @@ def plot(
     typer.echo(str(path))
 
 
+def film(
+    store: Store,
+    run: RunShown = None,
+    to: Annotated[
+        Path | None,
+        typer.Option(help="Film: .gif, .webp or .mp4 (by ffmpeg).", show_default="STORE with .gif for .zarr"),
+    ] = None,
+) -> None:
+    """Write the film of a run, with scale, time and receptors."""
+    from pipeline.cli.display import working
+    from pipeline.report.film import write_film
+    from pipeline.store.storage import at_hand
+    from pipeline.store.zarr_store import open_store
+
+    path = to or at_hand(store.with_suffix(".gif"))
+    with exit_on_errors(reading=True), working("film"), open_store(store) as opened:
+        write_film(opened, run, path)
+    typer.echo(str(path))
+
+
 def figures(
     out: Out,
     to: Annotated[
@@ -224,11 +244,22 @@ def report(
     out: Out,
     to: Annotated[Path | None, typer.Option(help="Page to write.", show_default="OUT/report.html")] = None,
     run: RunShown = None,
+    title: Annotated[
+        str | None, typer.Option(help="Title.", show_default="that of the scenario, or the place")
+    ] = None,
+    author: Annotated[
+        str | None, typer.Option(help="Who wrote it.", show_default="that of the scenario")
+    ] = None,
+    client: Annotated[str | None, typer.Option(help="For whom.", show_default="that of the scenario")] = None,
+    date: Annotated[
+        str | None, typer.Option(help="Day, as 2026-03-31.", show_default="that of the scenario")
+    ] = None,
     emulate: Emulate = False,
 ) -> None:
-    """Write one page about a place: maps, run-out, ledger, failures, versions; it needs no network."""
+    """Write one page about a place: findings, maps, runs to look at and to ask; it needs no network."""
     from pipeline.cli.display import working
 
     with exit_on_errors(reading=True), working("report"):
-        page = pipeline.write_report(out, to, run=run, emulate=emulate)
+        head = {"title": title, "author": author, "client": client, "date": date}
+        page = pipeline.write_report(out, to, run=run, emulate=emulate, **head)
     typer.echo(str(page))

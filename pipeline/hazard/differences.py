@@ -13,7 +13,8 @@ from pipeline.assess.ensemble import NotTogetherError, ensemble
 from pipeline.assess.frames import threshold_of
 from pipeline.assess.probability import BOUNDS
 from pipeline.assess.receptor_differences import receptor_differences
-from pipeline.hazard.layers import Layer, layers
+from pipeline.gis.layer import Layer
+from pipeline.hazard.layers import layers
 from pipeline.hazard.mapping import map_hazard
 from pipeline.scenario.scenario import stored
 from pipeline.store import run_table

@@ -1,33 +1,33 @@
-"""Hazard maps in a reference system, as GeoTIFF, NetCDF and GeoPackage."""
+"""Hazard maps in a reference system: rasters, NetCDF, and a GeoPackage of maps and of what they mark."""
 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
-from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from pipeline.assess.georeference import Frame, GeoreferenceError, north_up
-from pipeline.hazard.layers import BANDS, ERROR, Layer, layers
+from pipeline.gis import geopackage, raster
+from pipeline.gis.layer import BANDS, Layer
+from pipeline.gis.project import Group, RasterFile
+from pipeline.gis.raster import OUTSIDE, UNKNOWN, Grid
+from pipeline.gis.vectors import marked, of_layer
+from pipeline.hazard import intensity
+from pipeline.hazard.layers import layers
 from pipeline.store.folder import whole
 
-if TYPE_CHECKING:
-    from shapely import MultiPolygon
-
-# small enough that a map of some hundred cells has an overview
-BLOCK = 128
 MAP = "map.nc"
-OUTLINES = "outlines.gpkg"
-Grid = TypeVar("Grid", xr.Dataset, xr.DataArray)
-ABOVE_ALL = 2.0
+PACKAGE = "maps.gpkg"
+GROUND = "elevation"
+OnGrid = TypeVar("OnGrid", xr.Dataset, xr.DataArray)
 
 
-def write(found: xr.Dataset, frame: Frame, shares: tuple[float, ...], folder: Path) -> list[Path]:
-    """Write maps on a grid that is north up, and outlines, to a folder that is there.
+def write(found: xr.Dataset, frame: Frame, shares: tuple[float, ...], folder: Path) -> Group:
+    """Write maps on a grid that is north up, and as polygons, to a folder that is there.
 
     Parameters
     ----------
@@ -38,7 +38,8 @@ def write(found: xr.Dataset, frame: Frame, shares: tuple[float, ...], folder: Pa
     shares : tuple of float
         Shares of runs whose outlines are written.
     folder : Path
-        Gets a cloud-optimised GeoTIFF a map, `MAP` and `OUTLINES`.
+        Gets a cloud-optimised GeoTIFF with its style for each map, and for its bounds where they differ;
+        `MAP` and `PACKAGE`.
 
     Raises
     ------
@@ -46,9 +47,42 @@ def write(found: xr.Dataset, frame: Frame, shares: tuple[float, ...], folder: Pa
         If something cannot be written.
     """
     crs = frame.georeference.crs
-    grid = north_up(found, frame)
-    paths = [_geotiff(layer, grid, crs, folder / f"{layer.name}.tif") for layer in layers(grid)]
-    return [*paths, _netcdf(grid, crs, folder / MAP), _outlines(found, frame, shares, folder / OUTLINES)]
+    turned = north_up(found, frame)
+    inside = _inside(found, frame)
+    easting, northing = (turned[axis].to_numpy().astype(np.float64) for axis in ("x", "y"))
+    grid = Grid(easting, northing, crs)
+    # classes of a time are those of the lattice, whatever of it the grid holds
+    made = {layer.name: layer for layer in layers(found)}
+    files: list[RasterFile] = []
+    paths: list[Path] = []
+    for layer in layers(turned):
+        style = made[layer.name].style
+        for bound, values in layer.values.items():
+            if bound and made[layer.name].is_certain:
+                continue
+            path = folder / f"{layer.name}{bound}.tif"
+            about = {"description": _title(layer, bound), "units": layer.units, **turned.attrs}
+            held = _classes(values, inside) if style.discrete else values.to_numpy()
+            paths += raster.write(held, grid, path, style, about)
+            files.append(RasterFile(path, _title(layer, bound), style, is_bound=bool(bound)))
+    if "elevation" in found.coords:
+        ground = _elevation(found, frame)
+        path = folder / f"{GROUND}.tif"
+        about = {"description": "elevation of the bed", "units": "m", "comment": turned.attrs["comment"]}
+        paths += raster.write(ground, grid, path, None, about)
+        files.append(RasterFile(path, "elevation of the bed", None))
+    runs = {
+        "runs": found.attrs["comment"],
+        **{name: int(found.attrs[name]) for name in ("runs_done", "runs_planned")},
+    }
+    features = [of_layer(each, frame, shares, runs) for each in made.values()]
+    features += marked(found, frame)
+    paths += [
+        _netcdf(turned, crs, folder / MAP),
+        geopackage.write(features, crs, folder / PACKAGE),
+    ]
+    title, comment = (str(found.attrs[name]) for name in ("title", "comment"))
+    return Group(title, comment, grid, folder / PACKAGE, files, features, paths)
 
 
 def check(code: str) -> None:
@@ -70,33 +104,36 @@ def check(code: str) -> None:
         raise GeoreferenceError(f"expected a projected reference system with metres, found {code}")
 
 
-def _geotiff(layer: Layer, grid: xr.Dataset, crs: str, path: Path) -> Path:
-    """Write a map and its bounds as bands of one file."""
-    import rioxarray
+def _title(layer: Layer, bound: str) -> str:
+    return f"{layer.title}, {BANDS[bound]}" if bound else layer.title
 
-    assert rioxarray
-    classes = layer.kind == "class"
-    bands = xr.concat(
-        [values.reset_coords(drop=True) for values in layer.values.values()], "band", coords="minimal"
-    )
-    bands = bands.assign_coords(x=grid["x"], y=grid["y"])
-    # GDAL's names of bands; an operation on the array would lose the reference system, so it comes last
-    bands.attrs = {"long_name": tuple(BANDS[bound] for bound in layer.values)}
-    bands = _with_crs(bands.rio.write_nodata(-1 if classes else np.nan), crs)
-    tags = {
-        key: str(value)
-        for key, value in {"description": layer.title, "units": layer.units, **grid.attrs}.items()
-    }
-    with whole(path, path.suffix) as aside:
-        bands.rio.to_raster(
-            aside,
-            driver="COG",
-            tags=tags,
-            compress="DEFLATE",
-            blocksize=BLOCK,
-            overview_resampling="mode" if classes else "average",
-        )
-    return path
+
+def _inside(found: xr.Dataset, frame: Frame) -> NDArray[np.bool_]:
+    """Say which cells of the grid lie within the lattice."""
+    ones = xr.DataArray(np.ones((found.sizes["y"], found.sizes["x"]), np.int8), dims=("y", "x"))
+    turned = north_up(xr.Dataset({"inside": ones}, coords=_bare(found)), frame)
+    return np.asarray(turned["inside"].to_numpy() == 1)
+
+
+def _bare(found: xr.Dataset) -> dict[str, NDArray[np.float64]]:
+    """Give the places of the points without what else is known of them."""
+    return {axis: found[axis].to_numpy() for axis in ("x", "y")}
+
+
+def _classes(values: xr.DataArray, inside: NDArray[np.bool_]) -> NDArray[np.uint8]:
+    """Give classes as a picture with a palette has them."""
+    held = values.to_numpy()
+    known = np.where(held == intensity.UNKNOWN, UNKNOWN, held)
+    return np.where(inside, known, OUTSIDE).astype(np.uint8)
+
+
+def _elevation(found: xr.Dataset, frame: Frame) -> NDArray[np.float32]:
+    """Give the elevation of the bed on the grid."""
+    shape = (found.sizes["y"], found.sizes["x"])
+    ground = np.broadcast_to(found["elevation"].to_numpy().astype(np.float32), shape)
+    held = xr.DataArray(ground, dims=("y", "x"))
+    turned = north_up(xr.Dataset({GROUND: held}, coords=_bare(found)), frame)
+    return np.asarray(turned[GROUND].to_numpy(), np.float32)
 
 
 def _netcdf(grid: xr.Dataset, crs: str, path: Path) -> Path:
@@ -118,80 +155,9 @@ def _netcdf(grid: xr.Dataset, crs: str, path: Path) -> Path:
     return path
 
 
-def _with_crs(grid: Grid, crs: str) -> Grid:
+def _with_crs(grid: OnGrid, crs: str) -> OnGrid:
     with warnings.catch_warnings():
         # parameters that CF has no names for; the WKT beside them has all
         warnings.filterwarnings("ignore", "angle from rectified to skew grid", UserWarning)
-        found: Grid = grid.rio.write_crs(crs)
+        found: OnGrid = grid.rio.write_crs(crs)
     return found
-
-
-def _outlines(found: xr.Dataset, frame: Frame, shares: tuple[float, ...], path: Path) -> Path:
-    """Write where at least each share of runs exceeds each threshold, as polygons, bounds too."""
-    import pyogrio.raw
-    import shapely
-
-    rows = list(_rows(found, frame, shares))
-    fields = {
-        "map": object, "quantity": object, "threshold": float, "units": object, "share": float,
-        "bound": object, "runs": object, "runs_done": int, "runs_planned": int, "area": float,
-    }  # fmt: skip
-    columns: list[Any] = [
-        np.array([row[name] for _, row in rows], dtype=kind) for name, kind in fields.items()
-    ]
-    with whole(path, path.suffix) as aside:
-        pyogrio.raw.write(
-            aside,
-            np.array([shapely.to_wkb(shape) for shape, _ in rows], dtype=object),
-            columns,
-            list(fields),
-            geometry_type="MultiPolygon",
-            crs=frame.georeference.crs,
-            driver="GPKG",
-            layer="outlines",
-        )
-    return path
-
-
-def _rows(
-    found: xr.Dataset, frame: Frame, shares: tuple[float, ...]
-) -> Iterator[tuple[MultiPolygon, dict[str, Any]]]:
-    runs = {
-        "runs": found.attrs["comment"],
-        "runs_done": found.attrs["runs_done"],
-        "runs_planned": found.attrs["runs_planned"],
-    }
-    for layer in layers(found):
-        if layer.threshold is None:
-            continue
-        about = {
-            "map": layer.name,
-            "quantity": layer.quantity,
-            "threshold": layer.threshold,
-            "units": layer.threshold_units,
-        }
-        for bound, values in layer.values.items():
-            for share in shares if bound != ERROR else ():
-                shape = outline(values, share, frame)
-                if not shape.is_empty:
-                    yield shape, {**about, **runs, "share": share, "bound": BANDS[bound], "area": shape.area}
-
-
-def outline(values: xr.DataArray, share: float, frame: Frame) -> MultiPolygon:
-    """Outline where a map over a lattice is at least a share, in the reference system; maybe empty."""
-    import shapely
-    from contourpy import FillType, contour_generator
-
-    generator = contour_generator(
-        frame.arc, frame.across, np.ma.masked_invalid(values.to_numpy()), fill_type=FillType.OuterOffset
-    )
-    polygons = []
-    for points, offsets in zip(*generator.filled(share, ABOVE_ALL), strict=True):
-        assert points is not None
-        assert offsets is not None
-        placed = np.stack(frame.on_map(points[:, 0], points[:, 1]), axis=1)
-        rings = [placed[a:b] for a, b in pairwise(offsets)]
-        polygons.append(shapely.Polygon(rings[0], rings[1:]))
-    whole = shapely.make_valid(shapely.MultiPolygon(polygons))
-    parts = [part for part in shapely.get_parts(whole, return_index=False) if part.geom_type == "Polygon"]
-    return shapely.MultiPolygon(parts)

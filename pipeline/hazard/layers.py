@@ -2,51 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Literal
+from collections.abc import Iterator, Sequence
 
 import xarray as xr
 
 from pipeline.assess.probability import BOUNDS
+from pipeline.gis.layer import ERROR, Layer
+from pipeline.gis.symbology import written
 
-ERROR = "_error"
-BANDS = {"": "estimate", "_lower": "lower bound", "_upper": "upper bound", ERROR: "half width of the error"}
-# of shares that are coloured
-LEAST_SHOWN = 0.01
-Kind = Literal["share", "rate", "value", "time", "class", "difference"]
-
-
-@dataclass(frozen=True, eq=False)
-class Layer:
-    """One map.
-
-    name : of its files. title, units : for people. kind : what its values are. values : by bound, over y and
-    x; a time has no bounds, an emulated share has its error in their place. threshold : what is exceeded, in
-    ``threshold_units``.
-    """
-
-    name: str
-    title: str
-    units: str
-    kind: Kind
-    values: Mapping[str, xr.DataArray]
-    quantity: str = ""
-    threshold: float | None = None
-    threshold_units: str = ""
-
-    @property
-    def in_doubt(self) -> xr.DataArray | None:
-        """Where the error exceeds the number; None without an error."""
-        if ERROR not in self.values:
-            return None
-        doubt: xr.DataArray = (self.values[ERROR] > self.values[""]) & (self.values[""] > LEAST_SHOWN)
-        return doubt
-
-    @property
-    def is_certain(self) -> bool:
-        """Whether the bounds are the map itself."""
-        return all(values.equals(self.values[""]) for values in self.values.values())
+EARLIEST = "earliest_arrival_time"
 
 
 def layers(found: xr.Dataset) -> Iterator[Layer]:
@@ -70,12 +34,11 @@ def layers(found: xr.Dataset) -> Iterator[Layer]:
         if "arrival_rate" in found:
             title = "events a year that arrive"
             yield Layer("arrival_rate", title, "year-1", "rate", _bounds(found, "arrival_rate"))
-        times = found["arrival_time"]
-        yield Layer("arrival_time", "mean time of arrival", times.attrs["units"], "time", {"": times})
+        yield from _times(found)
     for name in ("intensity", "hazard_level"):
         if name in found:
             title = found[name].attrs["long_name"]
-            yield Layer(name, title, "", "class", _bounds(found, name))
+            yield Layer(name, title, "", "class", _bounds(found, name), name)
     if "period_intensity" in found:
         yield from _periods(found)
 
@@ -90,7 +53,17 @@ def _periods(found: xr.Dataset) -> Iterator[Layer]:
         }
         span = f"{longest:g}" if shortest == longest else f"{shortest:g} to {longest:g}"
         title = f"class of intensity of events of a return period of {span} years"
-        yield Layer(f"intensity_{longest:g}_years", title, "", "class", values)
+        yield Layer(f"intensity_{longest:g}_years", title, "", "class", values, "intensity")
+
+
+def _times(found: xr.Dataset) -> Iterator[Layer]:
+    """List the maps of times of arrival, with one legend for all."""
+    titles = {"arrival_time": "mean time of arrival", EARLIEST: "earliest arrival of any run"}
+    largest = float(found["arrival_time"].fillna(0).max())
+    for name, title in titles.items():
+        if name in found:
+            units = found[name].attrs["units"]
+            yield Layer(name, title, units, "time", {"": found[name]}, largest=largest)
 
 
 def _thresholds(found: xr.Dataset, quantity: str, what: str) -> Iterator[Layer]:
@@ -105,7 +78,7 @@ def _thresholds(found: xr.Dataset, quantity: str, what: str) -> Iterator[Layer]:
             for bound, part in _bounds(found, f"{quantity}_{what}", endings).items()
         }
         counted = "emulated share of events" if emulated else f"share of {_counted(found)}"
-        title = f"{counted} with a {_words(quantity)} above {threshold:g} {units}"
+        title = f"{counted} with a {_words(quantity)} above {threshold:g} {written(units)}"
         name = f"{quantity}_above_{threshold:g}{'_emulated' if emulated else ''}"
         yield Layer(name, title, "1", "share", values, quantity, threshold, units)
 

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import logging
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 
 from pipeline.assess.georeference import Frame, MapAxes, frame
+from pipeline.gis.project import Group, write_item, write_project
 from pipeline.hazard import geo_files
 from pipeline.hazard.differences import difference_layers
 from pipeline.hazard.layers import layers
@@ -16,6 +21,24 @@ from pipeline.hazard.pictures import draw
 from pipeline.settings.hazard import Georeference
 
 _log = logging.getLogger(__name__)
+
+# names that maps have had here: only such files are ever removed
+OURS = re.compile(
+    r"(?:\w+_above_[\d.e+-]+(?:_emulated)?|\w+_quantile_[\d.e+-]+|intensity_[\d.e+-]+_years|\w*arrival_\w+"
+    r"|intensity|hazard_level)"
+    r"(?:_lower|_upper|_error)?\.(?:png|tif|tif\.aux\.xml|qml)|outlines\.gpkg"
+)
+
+
+@dataclass(frozen=True)
+class Written:
+    """What was written of one scenario.
+
+    paths : all files. group : what is on the map; None without a georeference.
+    """
+
+    paths: list[Path]
+    group: Group | None = None
 
 
 def ground(found: xr.Dataset) -> Frame | None:
@@ -46,8 +69,10 @@ def draw_differences(found: xr.Dataset, folder: Path) -> list[Path]:
     return [draw(layer, found, placed, folder / f"{layer.name}.png") for layer in difference_layers(found)]
 
 
-def write_maps(found: xr.Dataset, folder: Path) -> list[Path]:
+def write_maps(found: xr.Dataset, folder: Path) -> Written:
     """Write hazard maps to a folder that is there; what each is called stands in `pipeline.hazard.layers`.
+
+    Maps that were written there before and are no longer asked for are removed.
 
     Raises
     ------
@@ -58,12 +83,50 @@ def write_maps(found: xr.Dataset, folder: Path) -> list[Path]:
     """
     placed = ground(found)
     shares = tuple(np.atleast_1d(found.attrs["outlines"]).tolist())
-    written: list[Path] = []
+    group = None
     if placed is not None:
         geo_files.check(placed.georeference.crs)
-        written = geo_files.write(found, placed, shares, folder)
+        group = geo_files.write(found, placed, shares, folder)
     pictures = []
     for layer in layers(found):
         _log.info("%s: %s", found.attrs["title"], layer.name)
         pictures.append(draw(layer, found, placed, folder / f"{layer.name}.png"))
-    return [*pictures, *written]
+    written = [*pictures, *(group.paths if group else ())]
+    _remove_stale(folder, written)
+    return Written(written, replace(group, paths=written) if group else None)
+
+
+def write_place(written: Sequence[Written], folder: Path, name: str) -> list[Path]:
+    """Write a project of QGIS and a STAC item of all maps of a place; nothing without a georeference.
+
+    Parameters
+    ----------
+    written : sequence of Written
+        The maps, by scenario.
+    folder : Path
+        That they lie in, or in folders of.
+    name : str
+        Of the place.
+
+    Raises
+    ------
+    OSError
+        If one cannot be written.
+    """
+    groups = [each.group for each in written if each.group]
+    # one project is in one reference system
+    groups = [each for each in groups if each.grid.crs == groups[0].grid.crs]
+    if not groups:
+        return []
+    # all scenarios together come first
+    groups.sort(key=lambda group: group.package.parent != folder)
+    made = datetime.now(UTC).replace(microsecond=0).isoformat().replace("+00:00", "Z")
+    return [write_project(groups, folder), write_item(groups, folder, name, made)]
+
+
+def _remove_stale(folder: Path, written: Iterable[Path]) -> None:
+    """Remove maps of an earlier call that this one did not write anew."""
+    names = {path.name for path in written}
+    for path in folder.iterdir():
+        if path.is_file() and OURS.fullmatch(path.name) and path.name not in names:
+            path.unlink()

@@ -7,6 +7,7 @@ import logging
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import dask
 import numpy as np
@@ -21,8 +22,18 @@ from pipeline.assess.ensemble import (
     together,
 )
 from pipeline.assess.frames import on_surface
-from pipeline.assess.probability import BOUNDS, Bounds, exceedance, mean_arrival, quantiles, share
+from pipeline.assess.probability import (
+    BOUNDS,
+    Bounds,
+    earliest_arrival,
+    exceedance,
+    mean_arrival,
+    quantiles,
+    share,
+)
 from pipeline.hazard import intensity
+from pipeline.hazard.layers import EARLIEST
+from pipeline.hazard.release_outlines import release_outlines
 from pipeline.inputs.reference_system import cf_attributes
 from pipeline.runs import profile_ends
 from pipeline.scenario.scenario import stored
@@ -99,9 +110,9 @@ def map_hazard(runs: xr.Dataset, settings: Hazard) -> xr.Dataset:
     Dataset
         Loaded, over ``y`` and ``x``: ``<quantity>_exceedance`` by ``<quantity>_threshold``,
         ``<quantity>_quantile`` by ``quantile``, ``arrival_share``, ``arrival_time``,
-        ``intensity_exceedance`` by ``intensity_class``, ``intensity``, and with return periods
-        ``hazard_level``. Bounds, classes and levels come with ``_lower`` and ``_upper``. What needs a
-        maximum that was not kept is not there.
+        ``earliest_arrival_time``, ``intensity_exceedance`` by ``intensity_class``, ``intensity``, and with
+        return periods ``hazard_level``. Bounds, classes and levels come with ``_lower`` and ``_upper``. What
+        needs a maximum that was not kept is not there.
     """
     found = xr.Dataset(coords={name: c for name, c in runs.coords.items() if "run" not in c.dims})
     for name in found.coords:
@@ -167,13 +178,15 @@ def _quantity(quantity: Quantity, runs: xr.Dataset, settings: Hazard) -> xr.Data
 
 
 def _arrival(runs: xr.Dataset) -> xr.Dataset:
-    """Map which share of runs arrives, and when."""
+    """Map which share of runs arrives, when on average, and when first."""
     arrives = share(runs["arrival_time"].notnull(), runs)
     found = _shares("arrival_share", arrives, "share of runs whose flow arrives")
     mean = mean_arrival(runs["arrival_time"], runs).astype(np.float32).compute()
     about = {"long_name": "mean time of arrival over the computed runs whose flow arrives", "units": "s"}
     mean.attrs = about
-    return found.assign(arrival_time=mean)
+    first = earliest_arrival(runs["arrival_time"], runs).astype(np.float32).compute()
+    first.attrs = {"long_name": "earliest time of arrival of any computed run", "units": "s"}
+    return found.assign({"arrival_time": mean, EARLIEST: first})
 
 
 def _classes(runs: xr.Dataset, settings: Hazard) -> xr.Dataset:
@@ -287,6 +300,7 @@ def of_place(
     held: dict[str, xr.Dataset] = {}
     asked: dict[str, Hazard] = {}
     said: dict[str, dict[str, str]] = {}
+    releases: dict[str, list[Any]] = {}
     beyond = 0
     for path in store_paths(out):
         store = open_store(path)
@@ -296,9 +310,11 @@ def of_place(
         said[name] = about(store, settings)
         held[name] = ensemble(store, spacing)
         beyond += (count := profile_ends.count(store["warning"].to_numpy()))
+        releases[name] = release_outlines(store, spacing)
         _log.info("maps of %s", name)
         found = map_hazard(held[name], asked[name])
         found.attrs["comment"] += profile_ends.note(count) + _level(settings)
+        said[name]["releases"] = json.dumps(releases[name])
         yield name, found.assign_attrs(title=name, **said[name])
     if len(held) > 1:
         runs = together(held)
@@ -311,6 +327,7 @@ def of_place(
         found = map_hazard(runs, asked[first])
         found.attrs["comment"] += profile_ends.note(beyond)
         where = {key: said[first][key] for key in LAID if key in said[first]}
+        where["releases"] = json.dumps([ring for rings in releases.values() for ring in rings])
         # receptors of one scenario need not be those of another
         alike = len({each["receptors"] for each in said.values()}) == 1
         marks = said[first]["receptors"] if alike else "[]"

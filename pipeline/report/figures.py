@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from io import BytesIO
+from typing import Any
 
 import numpy as np
 import xarray as xr
 from matplotlib import colormaps
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.colors import BoundaryNorm
+from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 from PIL import Image
 
@@ -17,12 +20,17 @@ from pipeline.assess.ensemble import counts, events_per_year
 from pipeline.assess.frames import bed, mean_spacing
 from pipeline.assess.georeference import Frame
 from pipeline.assess.gridding import gridded
-from pipeline.assess.plots import COLOURS, LEVELS, title_of
+from pipeline.assess.plots import COLOURS, title_of
 from pipeline.assess.relief import draw_relief
 from pipeline.assess.tables import values
+from pipeline.gis.symbology import of_values
+from pipeline.hazard.map_panel import keep_apart, mark_places, scale_bar
 
 CURVE_POINTS = 400
 FRAMES = 40
+GIF_COLOURS = 128
+# above every depth
+HIGHEST = 1e30
 WIDTH = 8.0
 SHOWN_MILLISECONDS, LAST_MILLISECONDS = 150, 1500
 
@@ -73,8 +81,35 @@ def runout_curve(store: xr.Dataset) -> bytes | None:
     return held.getvalue()
 
 
-def animation(store: xr.Dataset, run: int, frame: Frame | None) -> bytes | None:
+def animation(
+    store: xr.Dataset, run: int, frame: Frame | None, marks: xr.Dataset | None = None
+) -> bytes | None:
     """Draw the depth of a run at its output times, as WebP; None where its frames were not kept.
+
+    Parameters are those of `film`.
+    """
+    pictures = film(store, run, frame, marks)
+    return None if pictures is None else encoded(pictures, "webp")
+
+
+def encoded(pictures: Sequence[Image.Image], kind: str) -> bytes:
+    """Give a film as GIF or WebP, which is shown again and again."""
+    held = BytesIO()
+    times = [SHOWN_MILLISECONDS] * (len(pictures) - 1) + [LAST_MILLISECONDS]
+    if kind == "gif":
+        # one palette, and no dots: a third of the bytes
+        palette = pictures[len(pictures) // 2].quantize(GIF_COLOURS, method=Image.Quantize.MAXCOVERAGE)
+        pictures = [each.quantize(palette=palette, dither=Image.Dither.NONE) for each in pictures]
+    more: dict[str, Any] = {"append_images": pictures[1:], "duration": times, "loop": 0}
+    more |= {"lossless": True, "method": 1} if kind == "webp" else {"disposal": 1}
+    pictures[0].save(held, kind.upper(), save_all=True, **more)
+    return held.getvalue()
+
+
+def film(
+    store: xr.Dataset, run: int, frame: Frame | None, marks: xr.Dataset | None = None
+) -> list[Image.Image] | None:
+    """Draw the depth of a run at its output times; None where its frames were not kept.
 
     Parameters
     ----------
@@ -84,6 +119,8 @@ def animation(store: xr.Dataset, run: int, frame: Frame | None) -> bytes | None:
         Position of the run.
     frame : Frame, optional
         Of the lattice the store is on, or of that a cloud is brought to.
+    marks : Dataset, optional
+        Hazard maps, for the receptors and releases that are marked.
     """
     if "depth" not in store:
         return None
@@ -96,8 +133,9 @@ def animation(store: xr.Dataset, run: int, frame: Frame | None) -> bytes | None:
     depth = depth.isel(time=np.unique(np.linspace(0, depth.sizes["time"] - 1, FRAMES).astype(int)))
     x, y = np.meshgrid(depth["x"].to_numpy(), depth["y"].to_numpy())
     east, north = frame.on_map(x, y) if frame else (x, y)
-    levels = MaxNLocator(LEVELS, min_n_ticks=5).tick_values(0, max(float(depth.max()), 1e-6))
-    colours = colormaps[COLOURS]
+    style = of_values("depth", "m", float(depth.max()))
+    edges = [*style.edges[:-1], min(style.edges[-1], HIGHEST)]
+    colours = ListedColormap([each.colour for each in style.entries])
     shape = float(np.ptp(north) / np.ptp(east))
     height = float(np.clip((WIDTH - 1.8) * shape, 1.2, 8))
     figure = Figure(figsize=(WIDTH, height + 1.1), layout="compressed", dpi=100)
@@ -109,17 +147,26 @@ def animation(store: xr.Dataset, run: int, frame: Frame | None) -> bytes | None:
     axes.yaxis.set_major_locator(MaxNLocator(5))
     axes.set_xlabel("easting (m)" if frame else "along the bed (m)")
     axes.set_ylabel("northing (m)" if frame else "across the bed (m)")
-    films = np.ma.masked_less(depth.to_numpy(), levels[1] / 20)
-    norm = BoundaryNorm(levels, colours.N)
+    films = np.ma.masked_less_equal(depth.to_numpy(), edges[0])
+    norm = BoundaryNorm(edges, colours.N)
     mesh = axes.pcolormesh(east, north, films[0], cmap=colours, norm=norm, shading="nearest")
-    figure.colorbar(
-        mesh, ax=axes, label="depth (m)", aspect=30, pad=0.02, ticks=levels[:: 1 if height > 2 else 3]
+    axes.legend(
+        handles=[Patch(facecolor=each.colour, label=each.label) for each in reversed(style.entries)],
+        title=style.caption,
+        loc="upper left",
+        bbox_to_anchor=(1.01, 1),
+        frameon=False,
+        borderaxespad=0,
+        fontsize="x-small",
+        title_fontsize="x-small",
     )
     if frame and frame.is_map:
         draw_relief(axes, east[0], north[:, 0], bed(store, run))
     if frame:
         corners = np.stack(frame.corners)
         axes.plot(*np.concatenate([corners, corners[:, :1]], axis=1), color="0.3", linewidth=0.6)
+    names = [] if marks is None else mark_places(axes, frame, marks)
+    scale_bar(axes, frame, float(np.ptp(east)))
     title = axes.set_title("", fontsize="medium", loc="left")
     pictures = []
     # all but these two is drawn once
@@ -127,6 +174,7 @@ def animation(store: xr.Dataset, run: int, frame: Frame | None) -> bytes | None:
     title.set_text(f"{title_of(store, run)}\nt = 0 s")
     canvas.draw()  # type: ignore[no-untyped-call]
     figure.set_layout_engine("none")
+    keep_apart(canvas.get_renderer(), axes, names)  # type: ignore[no-untyped-call]
     for artist in moving:
         artist.set_animated(True)
     canvas.draw()  # type: ignore[no-untyped-call]
@@ -139,8 +187,4 @@ def animation(store: xr.Dataset, run: int, frame: Frame | None) -> bytes | None:
             axes.draw_artist(artist)
         drawn = np.asarray(canvas.buffer_rgba())  # type: ignore[no-untyped-call]
         pictures.append(Image.fromarray(drawn[..., :3].copy()))
-    held = BytesIO()
-    times = [SHOWN_MILLISECONDS] * (len(pictures) - 1) + [LAST_MILLISECONDS]
-    more = {"append_images": pictures[1:], "duration": times, "loop": 0, "lossless": True, "method": 1}
-    pictures[0].save(held, "WEBP", save_all=True, **more)
-    return held.getvalue()
+    return pictures

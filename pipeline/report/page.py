@@ -1,64 +1,45 @@
-"""One page about a place: scenarios, maps, run-out, ledger, failures and versions, whole in itself."""
+"""One page about a place: findings, maps, runs to look at and to ask, inputs, versions; whole in itself."""
 
 from __future__ import annotations
 
-import base64
 import logging
-import re
-import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
+from importlib.resources import files
 
-import numpy as np
-import xarray as xr
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from pipeline.assess.ensemble import NotTogetherError, computed
-from pipeline.assess.georeference import Frame
+from pipeline.assess.ensemble import NotTogetherError
 from pipeline.emulation import emulate as emulation
-from pipeline.emulation.emulate import Emulated
-from pipeline.emulation.errors import NotEmulatedError
-from pipeline.hazard.layers import Layer, layers
-from pipeline.hazard.map_files import ground
 from pipeline.hazard.mapping import WHOLE, of_place
-from pipeline.hazard.pictures import draw
-from pipeline.report.figures import animation, runout_curve
-from pipeline.report.tables import TABLES, Table, emulated_tables, what_matters
+from pipeline.report.chapter import Chapter, of_all, of_scenario
+from pipeline.scenario.scenario import stored
+from pipeline.settings.report import Report
 from pipeline.store import storage
-from pipeline.store.place import indices_path, store_path, store_paths
+from pipeline.store.place import store_path, store_paths
 from pipeline.store.storage import Location
 from pipeline.store.zarr_store import open_store
 
 TEMPLATE = "report.html"
+LINES = ("date", "author", "client", "remarks")
 _log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
-class Picture:
-    """A picture in the page itself."""
+class Head:
+    """What stands at the head of the page: its title, and lines of a name and a value."""
 
-    words: str
-    uri: str
-
-
-@dataclass(frozen=True)
-class Chapter:
-    """What the page says of one scenario, or of all together."""
-
-    anchor: str
-    name: str
-    description: str
-    runs: str
-    maps: Sequence[Picture]
-    others: Sequence[Picture] = ()
-    curve: Picture | None = None
-    motion: Picture | None = None
-    tables: Sequence[Table] = ()
-    text: str = ""
+    title: str
+    lines: Sequence[tuple[str, str]] = ()
 
 
-def write_report(out: Location, to: Location, run: int | None = None, emulate: bool = False) -> Location:
+def write_report(
+    out: Location,
+    to: Location,
+    run: int | None = None,
+    given: Report | None = None,
+    emulate: bool = False,
+) -> Location:
     """Write the page about a place.
 
     Parameters
@@ -70,6 +51,8 @@ def write_report(out: Location, to: Location, run: int | None = None, emulate: b
     run : int, optional
         Position of the run that is shown in motion; by default, of each scenario, the computed one whose
         run-out is the median.
+    given : Report, optional
+        Title, author and what else stands at the head, in place of what the scenarios say under `report`.
     emulate : bool
         Whether to add emulated maps and tables of sampled scenarios.
 
@@ -94,9 +77,12 @@ def write_report(out: Location, to: Location, run: int | None = None, emulate: b
     emulated = dict(emulation.of_place(out, {})) if emulate else {}
     try:
         for name, found in of_place(out, {}):
-            chapters.append(
-                _whole(found) if name == WHOLE else _scenario(out, name, found, run, emulated.get(name))
-            )
+            _log.info("page of %s", name)
+            if name == WHOLE:
+                chapters.append(of_all(found))
+                continue
+            with open_store(store_path(out, name)) as store:
+                chapters.append(of_scenario(out, store, found, run, emulated.get(name)))
     except NotTogetherError as error:
         note = f"There is no map over all scenarios: {error}."
     environment = Environment(
@@ -106,91 +92,34 @@ def write_report(out: Location, to: Location, run: int | None = None, emulate: b
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    page = environment.get_template(TEMPLATE).render(chapters=chapters, note=note, place=out.resolve().name)
+    beside = files("pipeline.report")
+    page = environment.get_template(TEMPLATE).render(
+        chapters=chapters,
+        note=note,
+        head=_head(out, given or Report()),
+        several=sum(bool(chapter.findings) for chapter in chapters) > 1,
+        scripts=any(chapter.explorer for chapter in chapters),
+        css=beside.joinpath("report.css").read_text(encoding="utf-8"),
+        js=beside.joinpath("explorer.js").read_text(encoding="utf-8"),
+    )
     storage.put(to, page.encode())
     return to
+
+
+def _head(out: Location, given: Report) -> Head:
+    """Put together what was given for the page, and what scenarios say where nothing was."""
+    said = {name: value for name, value in given if value is not None}
+    for path in store_paths(out):
+        with open_store(path) as store:
+            for name, value in stored(store.attrs).report:
+                if value is not None:
+                    said.setdefault(name, value)
+    title = said.pop("title", f"Report: {out.resolve().name}")
+    return Head(
+        title, [(name, said[name]) for name in ("date", "author", "client", "remarks") if name in said]
+    )
 
 
 def _has_frames(path: Location, run: int) -> bool:
     with open_store(path) as store:
         return "depth" in store and run < store.sizes["run"]
-
-
-def _scenario(
-    out: Location, name: str, found: xr.Dataset, run: int | None, emulated: Emulated | NotEmulatedError | None
-) -> Chapter:
-    with open_store(store_path(out, name)) as store:
-        _log.info("page of %s", name)
-        placed = ground(found)
-        shown = _median(store) if run is None else run
-        motion = None
-        if shown is not None and shown < store.sizes["run"]:
-            motion = animation(store, shown, placed)
-        curve = runout_curve(store)
-        first, others = _maps(found, placed)
-        tables = [*(make(store) for make in TABLES)]
-        if isinstance(emulated, Emulated) and emulated.maps is not None:
-            first = [*first, *_maps(emulated.maps, ground(emulated.maps), only="_emulated")[1]]
-        tables[1:1] = [what_matters(indices_path(out), name), *emulated_tables(emulated)]
-        return Chapter(
-            anchor=_anchor(name),
-            name=name,
-            description=str(store.attrs["comment"]),
-            runs=str(found.attrs["comment"]),
-            maps=first,
-            others=others,
-            curve=None if curve is None else Picture("run-out", _uri(curve, "png")),
-            motion=None if motion is None else Picture(f"run {shown} in motion", _uri(motion, "webp")),
-            tables=[table for table in tables if table is not None],
-            text=str(store.attrs["scenario"]),
-        )
-
-
-def _whole(found: xr.Dataset) -> Chapter:
-    first, others = _maps(found, ground(found))
-    return Chapter(
-        anchor=_anchor(WHOLE),
-        name=WHOLE,
-        description=f"All runs of {found.attrs['scenarios']}",
-        runs=str(found.attrs["comment"]),
-        maps=first,
-        others=others,
-    )
-
-
-def _maps(found: xr.Dataset, frame: Frame | None, only: str = "") -> tuple[list[Picture], list[Picture]]:
-    """Draw the maps whose names end as asked: those that say most, and the others."""
-    held = {layer.name: layer for layer in layers(found) if layer.name.endswith(only)}
-    wanted: list[str] = [name for name in ("hazard_level", "intensity") if name in held]
-    wanted += [name for name in held if name.startswith("intensity_")]
-    wanted += [name for name, layer in held.items() if layer.threshold is not None and not only][:1]
-    wanted += [name for name in ("arrival_rate", "arrival_time") if name in held]
-    others = [name for name in held if name not in wanted and held[name].kind == "share"]
-    with tempfile.TemporaryDirectory() as folder:
-        pictures = [_picture(held[name], found, frame, Path(folder)) for name in (*wanted, *others)]
-    return pictures[: len(wanted)], pictures[len(wanted) :]
-
-
-def _picture(layer: Layer, found: xr.Dataset, frame: Frame | None, folder: Path) -> Picture:
-    path = draw(layer, found, frame, folder / f"{layer.name}.png")
-    return Picture(f"{layer.title}: {found.attrs['comment']}", _uri(path.read_bytes(), "png"))
-
-
-def _median(store: xr.Dataset) -> int | None:
-    """Position of the computed run whose run-out is the median; of any computed one where none has one."""
-    known = np.flatnonzero(computed(store))
-    if not known.size:
-        return None
-    reach = store["runout_distance"].to_numpy()[known]
-    deposits = np.flatnonzero(~np.isnan(reach))
-    if not deposits.size:
-        return int(known[0])
-    return int(known[deposits[np.argsort(reach[deposits], kind="stable")[(len(deposits) - 1) // 2]]])
-
-
-def _uri(content: bytes, kind: str) -> str:
-    return f"data:image/{kind};base64,{base64.b64encode(content).decode()}"
-
-
-def _anchor(name: str) -> str:
-    return "scenario-" + re.sub(r"[^A-Za-z0-9._-]", "-", name)

@@ -18,6 +18,7 @@ from pipeline.assess.receptors import reached
 from pipeline.assess.tables import receptors as table_receptors
 from pipeline.emulation.emulate import Emulated
 from pipeline.emulation.errors import NotEmulatedError
+from pipeline.gis.symbology import written
 from pipeline.readable import number
 from pipeline.store.provenance import BINDING, PACKAGES, differences
 from pipeline.store.storage import Location
@@ -50,7 +51,7 @@ def volume_ledger(store: xr.Dataset) -> Table | None:
     if "volume_entrained" in names and not (ended["volume_entrained"] > 0).any():
         names.remove("volume_entrained")
     words = {name: name.removeprefix("volume_").replace("_", " ") for name in names}
-    head = [f"{words[name]} ({COLUMNS[name].units})" for name in names]
+    head = [f"{words[name]} ({written(COLUMNS[name].units)})" for name in names]
     head[-1] = "error"
     values = np.stack([ended[name].to_numpy() for name in names], axis=1)
     if not len(values) or np.isnan(values).all():
@@ -96,9 +97,9 @@ def receptors(store: xr.Dataset) -> Table | None:
         [
             [
                 str(row["receptor"]),
-                _bounded(row, "probability", "probability_lower", "probability_upper"),
+                share_in_words(row, "probability"),
                 f"{counts(store).computed} of {row['runs_planned']}",
-                *(number(row[name]) for name in shown),
+                *(short(row[name]) for name in shown),
             ]
             for row in rows
         ],
@@ -156,7 +157,7 @@ def receptor_periods(store: xr.Dataset) -> Table | None:
         first, last = row["shortest_return_period"], row["return_period"]
         period = f"{last:g} years" if first == last else f"{first:g} to {last:g} years"
         head = head if period in head else [*head, period]
-        cell = _bounded(row, "probability", "probability_lower", "probability_upper")
+        cell = share_in_words(row, "probability")
         rows.setdefault(str(row["receptor"]), []).append(cell)
     if not rows:
         return None
@@ -197,6 +198,11 @@ def _index(row: Mapping[Hashable, Any]) -> str:
     return f"{FAINT}{text}" if row["index"] <= row["noise"] else text
 
 
+def share_in_words(row: Mapping[Any, Any], name: str) -> str:
+    """Write a share with its bounds: ``0.54``, ``0.54 (0.50 to 0.61)``."""
+    return _bounded(row, name, f"{name}_lower", f"{name}_upper")
+
+
 def _bounded(row: Mapping[Any, Any], estimate: str, lower: str, upper: str) -> str:
     return _between(*(f"{row[name]:.2f}" for name in (estimate, lower, upper)))
 
@@ -209,7 +215,7 @@ def quantiles(store: xr.Dataset) -> Table | None:
     """Table quantiles of what a run comes down to, with bounds where runs are missing or censored."""
     rows = [
         [
-            f"{str(row['quantity']).replace('_', ' ')} ({row['units']})",
+            f"{str(row['quantity']).replace('_', ' ')} ({written(str(row['units']))})",
             *(str(row[f"{name}_in_words"]) for name in tables.NAMES),
         ]
         for row in tables.quantiles(store)
@@ -258,5 +264,12 @@ TABLES: tuple[Callable[[xr.Dataset], Table | None], ...] = (
     quantiles,
     volume_ledger,
     failures,
-    origin,
 )
+
+
+def short(value: Any) -> str:
+    """Write a result for people, by the digits that a model can mean; a missing one as a dash."""
+    if not np.isfinite(value):
+        return "–"
+    rounded = float(f"{value:.3g}" if abs(value) >= 1 else f"{value:.2g}")
+    return f"{rounded:,.0f}" if abs(rounded) >= 100 else f"{rounded:g}"

@@ -19,7 +19,7 @@ IntensityClass = Annotated[int, Field(ge=1, le=3)]
 Level = Annotated[int, Field(ge=0, le=4)]
 
 RECOMMENDATION = (
-    "BWW, BRP and BUWAL (1997): Beruecksichtigung der Hochwassergefahren bei raumwirksamen Taetigkeiten, "
+    "BWW, BRP and BUWAL (1997): Berücksichtigung der Hochwassergefahren bei raumwirksamen Tätigkeiten, "
     "Empfehlungen, Biel; debris flows"
 )
 _CRS = re.compile(r"[A-Za-z]+:[0-9]+")

@@ -14,6 +14,7 @@ from pipeline.settings.hazard import Georeference, Hazard
 from pipeline.settings.physics import DEFAULT_SCHEME, AnyRelease, AnyScheme, AnyTerrain, Material
 from pipeline.settings.points import LatticePoints, Points, Region
 from pipeline.settings.receptor import Receptor
+from pipeline.settings.report import Report
 from pipeline.settings.sample import Sample, Scalar
 from pipeline.settings.section import Positive, Section, key, relation
 from pipeline.settings.structures import AnyStructure
@@ -175,7 +176,9 @@ Receptors = Annotated[
 LATEST = 200
 
 
-OF_ALL_RUNS = {"sweep", "sample", "weights", "return_periods", "receptors", "georeference", "hazard"}
+OF_ALL_RUNS = {
+    *("sweep", "sample", "weights", "return_periods", "receptors", "georeference", "hazard", "report"),
+}
 
 
 class Settings(Section):
@@ -237,6 +240,7 @@ class Settings(Section):
         "where the profile lies on the map; no change of the scenario", default=None
     )
     hazard: Hazard = key("what is mapped of the results; no change of the scenario", default=Hazard())
+    report: Report = key("head of the report; no change of the scenario", default=Report())
 
     @model_validator(mode="after")
     def _countable(self) -> Settings:

@@ -5,6 +5,7 @@ fewer points and runs.
 """
 
 import importlib
+import json
 import os
 import re
 import shlex
@@ -36,6 +37,8 @@ WORDS = {
     "S": "1",
     "M": "0.1",
     "NAME": "valley",
+    "TEXT": "A title",
+    "DAY": "2026-03-31",
 }
 SMALL = {
     "heap": (("points: {spacing: 1}", "output: {threshold: 0.1}\npoints: {spacing: 4}"),),
@@ -155,6 +158,8 @@ def as_given(command: str) -> list[str]:
         words[words.index("--observed") + 1] = "outline.csv"
     if words[:2] == ["pipeline", "report"]:
         words = ["made/page.html" if word == "FILE" else word for word in words]
+    if words[:2] == ["pipeline", "film"]:
+        words = ["made/film.gif" if word == "FILE" else word for word in words]
     if words[:2] == ["pipeline", "plot"]:
         words = ["made/plot.png" if word == "FILE" else word for word in words]
     if words[0] == "pipeline" and words[1] in ("emulate", "hazard", "report", "sensitivity", "tables"):
@@ -210,6 +215,24 @@ def test_snippets_run_to_their_end(user, page, number, code):
         # shipped scenarios are not all on the same points
         warnings.simplefilter("ignore", UserWarning)
         exec(compile(code, f"{page}, snippet {number}", "exec"), {})
+
+
+def test_the_notebook_runs_from_its_first_cell_to_its_last(user):
+    import matplotlib.pyplot as plt
+
+    book = json.loads((ROOT / "docs" / "tutorial.ipynb").read_text(encoding="utf-8"))
+    assert book["nbformat"] == 4
+    names: dict[str, object] = {}
+    with warnings.catch_warnings():
+        # on few points many runs leave the domain
+        warnings.simplefilter("ignore", UserWarning)
+        for number, cell in enumerate(book["cells"]):
+            if cell["cell_type"] == "code":
+                exec(compile("".join(cell["source"]), f"tutorial.ipynb, cell {number}", "exec"), names)
+    plt.close("all")
+    assert set(names["tables"]["receptors"]["receptor"]) == {"road", "house", "school"}
+    assert Path("torrent/hazard/hazard.qgs").exists()
+    assert "Hazard of the torrent" in names["page"].read_text(encoding="utf-8")
 
 
 def test_the_commands_are_found():

@@ -142,7 +142,7 @@ class TestMaps:
             assert found["elevation"].dims == ("y", "x")
 
     def test_outlines_are_where_the_flow_is(self, maps):
-        _, _, shapes, _ = pyogrio.raw.read(maps[1] / "outlines.gpkg")
+        _, _, shapes, _ = pyogrio.raw.read(maps[1] / "maps.gpkg", layer="depth_above_0.5")
         bounds = shapely.total_bounds(shapely.from_wkb(shapes))
         assert (bounds[:2] > (WEST, NORTH - SIDE * ROWS)).all()
         assert (bounds[2:] < (WEST + SIDE * COLUMNS, NORTH)).all()

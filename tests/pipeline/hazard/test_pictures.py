@@ -12,11 +12,15 @@ from PIL import Image
 
 from pipeline.assess.ensemble import ensemble
 from pipeline.assess.georeference import Frame, GeoreferenceError, frame, north_up
+from pipeline.gis.raster import OUTSIDE, UNKNOWN
+from pipeline.gis.symbology import CLASSES
+from pipeline.gis.vectors import outline
 from pipeline.hazard import geo_files
 from pipeline.hazard.layers import layers
 from pipeline.hazard.map_files import write_maps
+from pipeline.hazard.map_panel import round_below
 from pipeline.hazard.mapping import map_hazard, read, write
-from pipeline.hazard.pictures import LEVEL_COLOURS, draw, round_below
+from pipeline.hazard.pictures import draw
 from pipeline.settings.hazard import Georeference, Hazard
 
 X, Y = np.arange(0.0, 1201, 5), np.arange(-150.0, 151, 5)
@@ -59,7 +63,7 @@ def made(status=(1, 1, 1, 1), ground=GROUND):
 
 def few(found):
     """Keep the maps of arrival."""
-    return found[[name for name in found if name.startswith("arrival")]]
+    return found[[name for name in found if "arrival" in name]]
 
 
 @pytest.fixture(scope="module")
@@ -67,7 +71,7 @@ def written(tmp_path_factory):
     """Maps of a plane where one of four runs failed, with all files."""
     folder = tmp_path_factory.mktemp("maps")
     found = read(write(made((1, 1, 1, 2)), folder))
-    assert {path.name for path in write_maps(found, folder)} < {path.name for path in folder.iterdir()}
+    assert {path.name for path in write_maps(found, folder).paths} < {path.name for path in folder.iterdir()}
     return folder, found
 
 
@@ -126,7 +130,7 @@ class TestTheGeoTiff:
             assert opened.overviews(1)
             assert opened.transform.a == -opened.transform.e == 5
             assert (opened.transform.b, opened.transform.d) == (0, 0)
-            assert opened.descriptions == ("estimate", "lower bound", "upper bound")
+            assert opened.descriptions == ("share of events with a largest depth above 1 m",)
             assert opened.tags()["comment"] == "3 of 4 runs done (1 failed)"
             assert opened.tags()["units"] == "1"
             assert np.isnan(opened.nodata)
@@ -135,20 +139,24 @@ class TestTheGeoTiff:
         folder, _ = written
         along = [200, 400, 600, 800, 1000]
         at = [place(x * np.cos(np.radians(SLOPE)), 20) for x in along]
-        with rasterio.open(folder / "depth_above_1.tif") as opened:
-            found = np.array(list(opened.sample(at)))
-            beyond = np.array(list(opened.sample([place(400, 180), place(-50, 0)])))
+        found = []
+        for bound in ("", "_lower", "_upper"):
+            with rasterio.open(folder / f"depth_above_1{bound}.tif") as opened:
+                found.append([value[0] for value in opened.sample(at)])
+                beyond = np.array(list(opened.sample([place(400, 180), place(-50, 0)])))
+                assert np.isnan(beyond).all()
         # the rarest event, which failed, weighs 30/1000 of the most frequent one
         lower = np.array([0.97, 0.27, 0.07, 0, 0])
         expected = np.stack([lower / 0.97, lower, lower + 0.03], axis=1)
-        np.testing.assert_allclose(found, expected, atol=1e-6)
-        assert np.isnan(beyond).all()
+        np.testing.assert_allclose(np.transpose(found), expected, atol=1e-6)
 
     def test_has_classes_as_whole_numbers(self, written):
         folder, _ = written
         with rasterio.open(folder / "intensity.tif") as opened:
-            assert (opened.dtypes[0], opened.nodata) == ("int8", -1)
-            assert set(np.unique(opened.read(2))) == {-1, 0, 3}
+            assert (opened.dtypes[0], opened.nodata, opened.count) == ("uint8", OUTSIDE, 1)
+            assert set(np.unique(opened.read(1))) == {OUTSIDE, 0, 3}
+        with rasterio.open(folder / "intensity_1000_years.tif") as opened:
+            assert set(np.unique(opened.read(1))) == {OUTSIDE, UNKNOWN}
 
 
 def test_the_netcdf_has_a_grid_mapping(written):
@@ -173,8 +181,8 @@ def test_ncdump_reads_the_grid_mapping(written):
 
 class TestOutlines:
     def test_are_read_with_their_reference_system_and_runs(self, written):
-        path = written[0] / geo_files.OUTLINES
-        about, _, shapes, columns = pyogrio.raw.read(path)
+        path = written[0] / geo_files.PACKAGE
+        about, _, shapes, columns = pyogrio.raw.read(path, layer="depth_above_1")
         assert about["crs"] == "EPSG:2056"
         rows = [dict(zip(about["fields"], row, strict=True)) for row in zip(*columns, strict=True)]
         kinds = {(row["share"], row["bound"]) for row in rows}
@@ -194,16 +202,16 @@ class TestOutlines:
     def test_have_the_area_of_a_rectangle_and_of_a_hole(self):
         laid = Frame(GROUND, X, X * 0.5, Y)
         falling = np.broadcast_to(1 - X / X[-1], (len(Y), len(X)))
-        shape = geo_files.outline(xr.DataArray(falling, dims=("y", "x")), 0.5, laid)
+        shape = outline(xr.DataArray(falling, dims=("y", "x")), 0.5, laid)
         assert shape.area == pytest.approx(0.5 * 600 * 300, rel=1e-9)
         hollow = np.abs(X[:, None] - 600).T * 0 + np.hypot(X - 600, Y[:, None]) / 1000
-        shape = geo_files.outline(xr.DataArray(hollow, dims=("y", "x")), 0.1, Frame(GROUND, X, X, Y))
+        shape = outline(xr.DataArray(hollow, dims=("y", "x")), 0.1, Frame(GROUND, X, X, Y))
         assert len(shape.geoms[0].interiors) == 1
         assert shape.area == pytest.approx(1200 * 300 - np.pi * 100**2, rel=1e-3)
 
     def test_of_nothing_are_empty(self):
         nothing = xr.DataArray(np.zeros((len(Y), len(X))), dims=("y", "x"))
-        assert geo_files.outline(nothing, 0.1, Frame(GROUND, X, X, Y)).is_empty
+        assert outline(nothing, 0.1, Frame(GROUND, X, X, Y)).is_empty
 
 
 class TestPictures:
@@ -212,7 +220,8 @@ class TestPictures:
         names = {layer.name for layer in layers(found)}
         assert names == {
             *("depth_above_1", "depth_quantile_0.5", "speed_quantile_0.5"),
-            *("arrival_share", "arrival_rate", "arrival_time", "intensity", "hazard_level"),
+            *("arrival_share", "arrival_rate", "arrival_time", "earliest_arrival_time"),
+            *("intensity", "hazard_level"),
             *(f"intensity_{years}_years" for years in (30, 100, 300, 1000)),
         }
         for name in names:
@@ -223,7 +232,8 @@ class TestPictures:
     def test_levels_have_their_colours(self, written):
         with Image.open(written[0] / "hazard_level.png") as picture:
             counts = {colour: count for count, colour in picture.convert("RGB").getcolors(1 << 24)}
-        red, yellow = (tuple(bytes.fromhex(LEVEL_COLOURS[i][1:])) for i in (3, 1))
+        levels = CLASSES["hazard_level"]
+        red, yellow = (tuple(bytes.fromhex(levels[i].colour[1:])) for i in (3, 1))
         assert counts[red] > 20 * counts.get(yellow, 0) > 0
 
     def test_mark_receptors(self, tmp_path):
@@ -241,8 +251,10 @@ class TestPictures:
         assert changed.size > 20
 
     def test_work_without_a_georeference_and_without_any_run(self, tmp_path):
-        paths = write_maps(few(made((2, 2, 0, 0), ground=None)), tmp_path)
-        assert [path.name for path in paths] == ["arrival_share.png", "arrival_rate.png", "arrival_time.png"]
+        written = write_maps(few(made((2, 2, 0, 0), ground=None)), tmp_path)
+        names = ("arrival_share", "arrival_rate", "arrival_time", "earliest_arrival_time")
+        assert [path.name for path in written.paths] == [f"{name}.png" for name in names]
+        assert written.group is None
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,1 @@
+"""How maps look, and the files of maps that geographic information systems open."""

@@ -1,0 +1,170 @@
+"""What stands on a map beside its colours: frame, receptors, releases, contour lines, north and scale."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.backend_bases import RendererBase
+from matplotlib.patheffects import withStroke
+from matplotlib.text import Annotation
+from matplotlib.ticker import MaxNLocator
+from matplotlib.transforms import Bbox
+from numpy.typing import NDArray
+
+from pipeline.assess.georeference import Frame
+from pipeline.gis.vectors import RELEASE_COLOUR
+
+Array = NDArray[np.float64]
+WIDTH = 8.0
+HALO = (withStroke(linewidth=2.2, foreground="white"),)
+# where the name of a receptor may stand, in points from it, with the side of the text that is there
+PLACES = (
+    *((4, 3, "left", "bottom"), (4, -3, "left", "top"), (-4, 3, "right", "bottom"), (-4, -3, "right", "top")),
+    *(
+        (0, 8, "center", "bottom"),
+        (0, -8, "center", "top"),
+        (14, 0, "left", "center"),
+        (-14, 0, "right", "center"),
+    ),
+)
+
+
+def contour_bed(panel: Axes, x: Array, y: Array, found: xr.Dataset) -> None:
+    """Draw contour lines of the bed's elevation, the same across it; labels stand beside the flow."""
+    if "elevation" not in found.coords:
+        return
+    along = found["elevation"].to_numpy()
+    levels = MaxNLocator(8, steps=[1, 2, 5, 10]).tick_values(float(along.min()), float(along.max()))
+    levels = levels[(levels > along.min()) & (levels < along.max())]
+    if not levels.size:
+        return
+    elevation = np.broadcast_to(along, x.shape)
+    lines = panel.contour(x, y, elevation, levels=levels, colors="0.45", linewidths=0.4, linestyles="solid")
+    row = round(0.88 * (len(x) - 1))
+    places = [(x[row, i], y[row, i]) for i in (int(np.abs(along - level).argmin()) for level in levels)]
+    panel.clabel(lines, fontsize="xx-small", fmt="%g m", inline_spacing=1, manual=places)
+
+
+def frame_panel(panel: Axes, frame: Frame | None, corners: tuple[Array, Array]) -> None:
+    """Set the extent and the ticks of a panel; on the ground draw the domain and an arrow to the north."""
+    panel.set_aspect("equal")
+    width, height = (float(np.ptp(side)) for side in corners)
+    margin = 0.03 * max(width, height) if frame else 0.0
+    x, y = ((float(side.min()) - margin, float(side.max()) + margin) for side in corners)
+    panel.set_xlim(*x)
+    panel.set_ylim(*y)
+    ticks = int(np.clip(height / width * WIDTH / 0.4, 2, 5))
+    panel.yaxis.set_major_locator(MaxNLocator(ticks, min_n_ticks=1))
+    panel.xaxis.set_major_locator(MaxNLocator(4, min_n_ticks=2))
+    panel.ticklabel_format(useOffset=False, style="plain")
+    if frame is None:
+        return
+    outline = np.stack(corners)
+    panel.plot(*np.concatenate([outline, outline[:, :1]], axis=1), color="0.3", linewidth=0.6)
+    at = 0.04 if leaves_upper_left(frame) else 0.96
+    panel.annotate(
+        "N",
+        xy=(at, 0.97),
+        xytext=(at, 0.83),
+        xycoords="axes fraction",
+        horizontalalignment="center",
+        verticalalignment="top",
+        arrowprops={"arrowstyle": "-|>", "color": "k", "linewidth": 0.8},
+        fontsize="small",
+        path_effects=HALO,
+    )
+
+
+def mark_places(
+    panel: Axes, frame: Frame | None, found: xr.Dataset, *, named: bool = True
+) -> list[Annotation]:
+    """Mark the receptors and releases that maps come with, in their attributes; gives the names."""
+    for ring in json.loads(found.attrs.get("releases", "[]")):
+        east, north = _placed(ring, frame)
+        panel.plot(east, north, color=RELEASE_COLOUR, linewidth=1.1, linestyle=(0, (4, 2)), path_effects=HALO)
+    names = []
+    for receptor in json.loads(found.attrs.get("receptors", "[]")):
+        shape = receptor["polygon"] or receptor["line"] or [receptor["point"]]
+        east, north = _placed([*shape, *shape[:1]] if receptor["polygon"] else shape, frame)
+        mark = "o" if len(shape) == 1 else ""
+        panel.plot(east, north, color="k", marker=mark, markersize=3, linewidth=1.1, path_effects=HALO)
+        if named:
+            at = int(np.argmax(north))
+            names.append(
+                panel.annotate(
+                    receptor["name"],
+                    (east[at], north[at]),
+                    textcoords="offset points",
+                    xytext=PLACES[0][:2],
+                    fontsize="small",
+                    path_effects=HALO,
+                    annotation_clip=True,
+                )
+            )
+    return names
+
+
+def _placed(places: list[list[float]], frame: Frame | None) -> tuple[Array, Array]:
+    x, y = np.array(places, np.float64).T
+    return frame.on_map(x, y) if frame else (x, y)
+
+
+def keep_apart(renderer: RendererBase, panel: Axes, names: list[Annotation]) -> None:
+    """Move names so that they lie within the panel and on no other name, where there is room."""
+    inside = panel.get_window_extent(renderer)
+    taken: list[Bbox] = []
+    for name in names:
+        tried: list[tuple[float, tuple[int, int, str, str], Bbox]] = []
+        for place in PLACES:
+            _move(name, place)
+            box = name.get_window_extent(renderer)
+            covered = sum(_area(Bbox.intersection(box, other)) for other in taken)
+            tried.append((covered + _area(box) - _area(Bbox.intersection(box, inside)), place, box))
+            if tried[-1][0] <= 0:
+                break
+        _, place, box = min(tried, key=lambda one: one[0])
+        _move(name, place)
+        taken.append(box)
+
+
+def _move(name: Annotation, place: tuple[int, int, str, str]) -> None:
+    name.set_position(place[:2])
+    name.set_horizontalalignment(place[2])  # type: ignore[arg-type]
+    name.set_verticalalignment(place[3])  # type: ignore[arg-type]
+
+
+def _area(box: Bbox | None) -> float:
+    return 0.0 if box is None else float(box.width * box.height)
+
+
+def leaves_upper_left(frame: Frame | None) -> bool:
+    """Whether the slanted domain leaves free the upper left and lower right corners, not the other two."""
+    return frame is None or frame.georeference.azimuth % 180 < 90
+
+
+def scale_bar(panel: Axes, frame: Frame | None, width: float) -> None:
+    """Draw a bar of a round length, about a fifth of the map's width, in a corner below."""
+    length = round_below(width / 5)
+    (left, right), (bottom, top) = panel.get_xlim(), panel.get_ylim()
+    side = 0.05 * (right - left)
+    x = right - side - length if leaves_upper_left(frame) else left + side
+    y = bottom + 0.1 * (top - bottom)
+    panel.plot([x, x + length], [y, y], color="k", linewidth=2.5, solid_capstyle="butt")
+    panel.annotate(
+        f"{length:g} m",
+        (x + length / 2, y),
+        xytext=(0, 3),
+        textcoords="offset points",
+        horizontalalignment="center",
+        fontsize="small",
+        bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.7, "pad": 0.5},
+    )
+
+
+def round_below(value: float) -> float:
+    """Give the largest of 1, 2 or 5 times a power of ten that is not above a positive value."""
+    power = 10.0 ** np.floor(np.log10(value))
+    return float(max(step * power for step in (1, 2, 5) if step * power <= value * (1 + 1e-9)))

@@ -1,0 +1,183 @@
+"""What a scenario comes down to, in sentences with numbers, and a sheet for each receptor."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from io import BytesIO
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from pipeline.assess import tables
+from pipeline.assess.ensemble import counts, weights
+from pipeline.assess.probability import Values
+from pipeline.assess.receptors import reached
+from pipeline.gis.symbology import CLASSES
+from pipeline.report.tables import Table, share_in_words, short
+from pipeline.store.storage import Location
+
+MOST_RECEPTORS = 40
+SHARES = (0.05, 0.5, 0.95)
+SQUARE_METRES = 10_000.0
+ASKED = {
+    "max_depth": "largest depth (m)",
+    "max_speed": "largest speed (m/s)",
+    "max_pressure": "largest dynamic pressure (kPa)",
+    "arrival_time": "arrival (s)",
+}
+
+
+def findings(store: xr.Dataset, found: xr.Dataset, indices: Location) -> list[str]:
+    """Give the findings of a scenario, the most important ones first.
+
+    Parameters
+    ----------
+    store : Dataset
+        A scenario's store.
+    found : Dataset
+        Its hazard maps.
+    indices : Location
+        Table of sensitivity, which may be missing.
+    """
+    return [*_receptors(store), *_levels(found), *_runout(store), *_drivers(indices, store), *_doubts(store)]
+
+
+def _receptors(store: xr.Dataset) -> Iterator[str]:
+    try:
+        by_run = reached(store)
+    except ValueError:
+        return
+    periods: dict[str, list[dict[str, Any]]] = {}
+    for each in tables.receptors_by_period(store, by_run):
+        periods.setdefault(str(each["receptor"]), []).append(each)
+    never = []
+    rows: list[dict[str, Any]] = list(tables.receptors(store, by_run))
+    for row in rows:
+        name = str(row["receptor"])
+        if not row["probability_upper"] > 0:
+            never.append(name)
+            continue
+        if periods:
+            yield _by_period(name, periods[name], row)
+            continue
+        chance = share_in_words(row, "probability")
+        text = f"{name}: reached with a probability of {chance}"
+        if row["probability"] > 0:
+            text += f", at the earliest after {short(row['first_arrival_time'])} s. {_what(row)}"
+        yield text.rstrip(".") + "."
+    if never:
+        yield f"Not reached in any run: {', '.join(never)}."
+
+
+def _what(row: dict[str, Any]) -> str:
+    return (
+        f"Where it is reached the flow is {short(row['median_max_depth'])} m deep in the median and "
+        f"{short(row['largest_depth'])} m at most, and up to {short(row['largest_speed'])} m/s fast"
+    )
+
+
+def _by_period(name: str, rows: list[dict[str, Any]], whole: dict[str, Any]) -> str:
+    """Say from what return period on a receptor is reached, and how likely by each."""
+    chances = ", ".join(f"{share_in_words(row, 'probability')} at {_years(row)}" for row in rows)
+    half = next((row for row in rows if row["probability"] >= 0.5), None)
+    begins = (
+        f"{name}: reached by half of the events or more from a return period of {_years(half)} on"
+        if half
+        else (f"{name}: reached by less than half of the events of each return period")
+    )
+    text = f"{begins} (probability {chances})"
+    if whole["probability"] > 0:
+        text += f", at the earliest after {short(whole['first_arrival_time'])} s. {_what(whole)}"
+    return f"{text}."
+
+
+def _years(row: dict[str, Any]) -> str:
+    first, last = row["shortest_return_period"], row["return_period"]
+    return f"{last:g} years" if first == last else f"{first:g} to {last:g} years"
+
+
+def _levels(found: xr.Dataset) -> Iterator[str]:
+    """Say how large the areas of each level or intensity are."""
+    name = next((each for each in ("hazard_level", "intensity") if each in found), None)
+    if name is None or found.sizes["x"] < 2:
+        return
+    side = [float(found[axis][1] - found[axis][0]) for axis in ("x", "y")]
+    parts = []
+    for value, each in reversed([*enumerate(CLASSES[name], 1)]):
+        area = float((found[name] == value).sum()) * side[0] * side[1]
+        if area:
+            parts.append(f"{each.word} on {short(area / SQUARE_METRES)} ha")
+    what = "The level of hazard is" if name == "hazard_level" else "The intensity that is usual is"
+    if parts:
+        yield f"{what} {', '.join(parts)}."
+
+
+def _runout(store: xr.Dataset) -> Iterator[str]:
+    reach = tables.values(store, "runout_distance").quantile(SHARES)
+    low, middle, high = reach.estimate.tolist()
+    if np.isfinite([low, middle, high]).all():
+        if counts(store).planned == 1:
+            yield f"The run-out is {short(middle)} m."
+        else:
+            yield (
+                f"The run-out is {short(middle)} m in the median; 5 % of the runs stay below {short(low)} m "
+                f"and 5 % go beyond {short(high)} m."
+            )
+    elif np.isfinite(reach.lower[1]):
+        yield f"The run-out is above {short(float(reach.lower[1]))} m in the median: too many runs went on."
+
+
+def _drivers(indices: Location, store: xr.Dataset) -> Iterator[str]:
+    if not indices.exists():
+        return
+    held = pd.read_csv(BytesIO(indices.read_bytes()))
+    wanted = (held["scenario"] == store.attrs["title"]) & (held["quantity"] == "runout_distance")
+    rows = held[wanted & (held["method"] == "pawn")].sort_values("index", ascending=False)
+    rows = rows[rows["index"] > rows["noise"]]
+    if len(rows):
+        named = [
+            f"{str(parameter).replace('_', ' ')} ({index:.2f})"
+            for parameter, index in zip(rows["parameter"], rows["index"], strict=True)
+        ]
+        yield f"What drives the run-out, by PAWN's index: {', '.join(named)}."
+
+
+def _doubts(store: xr.Dataset) -> Iterator[str]:
+    found = counts(store)
+    if found.overrun or found.cut_off:
+        yield (
+            f"{found.overrun} runs lost material through the sides of the domain and {found.cut_off} still "
+            "moved at their end: reach and probabilities are lower bounds of what these may do."
+        )
+    if found.failed or found.pending:
+        missing = f"{found.failed} runs failed and {found.pending} are not done"
+        yield f"{missing}: bounds hold whatever they would give."
+
+
+def sheets(store: xr.Dataset) -> list[Table]:
+    """Give a sheet for each receptor: what reaches it, in quantiles of the runs that do."""
+    try:
+        by_run = reached(store)
+    except ValueError:
+        return []
+    weight = weights(store)
+    made = []
+    for name, rows in by_run.groupby("receptor", sort=False):
+        there = np.flatnonzero(rows["reached"].to_numpy(np.float64, na_value=np.nan) == 1)
+        if not there.size:
+            continue
+        known = np.zeros(there.size, bool)
+        table = []
+        for quantity, words in ASKED.items():
+            held = Values(rows[quantity].to_numpy(np.float64)[there], weight[there], known, known)
+            numbers = held.quantile([*SHARES, 1.0]).estimate
+            least = float(np.nanmin(held.value))
+            table.append([words, short(least), *(short(float(each)) for each in numbers)])
+        note = f"Of the {there.size} runs that reach it, by their weights."
+        head = ["quantity", "least", *(f"{100 * share:g} % below" for share in SHARES), "largest"]
+        made.append(Table(str(name), head, table, note))
+        if len(made) == MOST_RECEPTORS:
+            break
+    return made
