@@ -160,9 +160,10 @@ def test_the_reference_lists_every_key_of_every_section():
     def keys(model: type[BaseModel]) -> int:
         return len(model.model_fields)
 
-    models = [model for _, model in reference.sections()]
+    # a section that has two places, as a rectangle, stands at both
+    models = [model for loc, model in reference.sections() if reference._title(loc, model) is not None]
     rows = [line for line in reference.markdown().splitlines() if line.startswith("| `")]
-    assert len(rows) == sum(map(keys, models)) - 1
+    assert len(rows) == sum(map(keys, models))
     assert Settings in models
 
 
