@@ -78,7 +78,8 @@ def simulate(
     # its frames are kept with the others over a restart
     entrained = np.full(len(moments) if erodes else 0, np.nan)
     rest_time, failure = np.nan, None
-    released = run.volume
+    # what is released where nothing is known of a surface has left by now
+    released = run.volume + float(run.ledger[:, 1].sum())
     run.advance(0.0, max_steps)  # compiles or loads the kernels, off the clock
     watch = Watch(run, [*kept, entrained] if erodes else kept, max_steps, max_wall, keeper)
     outcome = runge_kutta.REACHED

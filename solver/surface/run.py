@@ -18,7 +18,7 @@ from solver.surface.arrays import SurfaceArrays
 from solver.surface.metric import metric_of
 from solver.surface.residual import stage
 from solver.surface.status import classify_surface
-from solver.surface.time_stepping import advance_among_buildings, advance_surface
+from solver.surface.time_stepping import advance_among_buildings, advance_surface, empty_drains
 from solver.surface.walls import set_walls
 
 
@@ -57,6 +57,8 @@ class SurfaceRun(LatticeRun):
         corners = surface.corners(*(edges_of(a, lattice.dx) for a in (lattice.x_points, lattice.y_points)))
         self._area = lifted_area(corners, lattice.dx)
         super().__init__(scene, end, arrival_depth, whole)
+        # what is released in a drain has left
+        empty_drains(self.now, self.metric, self.spans.wet, self.grid, self.progress.ledger)
 
     @property
     def cell_area(self) -> Array:

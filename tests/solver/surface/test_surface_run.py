@@ -113,3 +113,17 @@ def test_what_a_surface_cannot_have_is_refused():
         simulate(scene(rough(), depth, boundaries=Boundaries(y_min="wall")), [1.0])
     with pytest.raises(ValueError, match="isotropic"):
         simulate(scene(rough(), depth, earth_pressure=MohrCoulomb(30, 10)), [1.0])
+
+
+def test_what_is_released_in_the_outermost_cells_leaves_by_the_ledger():
+    x = np.arange(0, 100.0, 5)
+    model = ElevationModel(x, x, np.zeros((20, 20)) - 0.3 * x[None, :], 0.0)
+    lattice = Lattice((0, 95), (0, 95), 5.0)
+    depth = np.zeros(lattice.shape)
+    depth[8:12, :3] = 1.0
+    released = depth.sum() * 25 * np.hypot(1, 0.3)
+    run = simulate(Scene(lattice, model, depth, 0 * depth, 0 * depth, Coulomb(10)), [0.5, 3.0])
+    # the raster ends half a cell before the domain: the outermost cells have an area of their own
+    assert run.ledger.released == pytest.approx(released, rel=0.02)
+    assert run.ledger.outflow > 0.3 * released
+    assert abs(run.ledger.error) < 1e-14
