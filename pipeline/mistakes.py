@@ -27,6 +27,21 @@ class Mistake:
         return ": ".join(filter(None, (where, self.key, self.message)))
 
 
+@dataclass(frozen=True)
+class Problem:
+    """What is wrong at a path of the data.
+
+    at_key : whether the key is wrong and not its value. related : paths that the problem depends on, the one
+    to blame first. hint : the end of the message that says what may have been meant.
+    """
+
+    path: tuple[str | int, ...]
+    message: str
+    at_key: bool = False
+    related: tuple[tuple[str | int, ...], ...] = ()
+    hint: str = ""
+
+
 class BadInput(Exception):  # noqa: N818 - it names what was given, not what broke
     """All mistakes of all files, each once, in the order of their places; ``str()`` is one line a mistake."""
 

@@ -15,12 +15,12 @@ from pipeline.inputs import elevation_table, point_file, reference_system
 from pipeline.inputs.elevation_table import ElevationTable
 from pipeline.inputs.point_file import PointFile
 from pipeline.inputs.polygons import crossing, reaches
-from pipeline.mistakes import BadInput, Mistake
+from pipeline.mistakes import BadInput, Mistake, Problem
 from pipeline.scenario import endless, solver_objects, structures
 from pipeline.scenario.design import share_within
 from pipeline.scenario.ground import OUTSIDE, Ground, GroundCheck
 from pipeline.scenario.places import on_bed, part_inside, receptors_on_bed
-from pipeline.scenario.schema_errors import Problem, check
+from pipeline.scenario.schema_errors import check
 from pipeline.scenario.strict_yaml import Document, Path
 from pipeline.scenario.sweep_checks import check_design
 from pipeline.settings.hazard import Georeference

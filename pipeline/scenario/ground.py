@@ -14,9 +14,9 @@ from pipeline.inputs import elevation_raster, outlines
 from pipeline.inputs.elevation_raster import ElevationRaster, ElevationRasterError
 from pipeline.inputs.outlines import Outline, OutlineError
 from pipeline.inputs.polygons import reaches
+from pipeline.mistakes import Problem
 from pipeline.scenario import solver_objects, structures
 from pipeline.scenario.places import part_inside
-from pipeline.scenario.schema_errors import Problem
 from pipeline.scenario.solver_objects import Outlines
 from pipeline.scenario.strict_yaml import Path
 from pipeline.settings.receptor import Receptor

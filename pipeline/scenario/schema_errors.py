@@ -3,33 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
-from pipeline.mistakes import describe
+from pipeline.mistakes import Problem, describe
 from pipeline.scenario.hints import meant, of_key, of_length, of_number
 from pipeline.scenario.strict_yaml import Path
 from pipeline.settings.section import ANY_KEY, choosing_key, kind, sections_of
 from pipeline.settings.settings import Settings
-
-
-@dataclass(frozen=True)
-class Problem:
-    """What is wrong at a path of the data.
-
-    at_key : whether the key is wrong and not its value. related : paths that the problem depends on, the one
-    to blame first. hint : the end of the message that says what may have been meant.
-    """
-
-    path: Path
-    message: str
-    at_key: bool = False
-    related: tuple[Path, ...] = ()
-    hint: str = ""
 
 
 def check(data: Mapping[str, Any]) -> Settings | list[Problem]:

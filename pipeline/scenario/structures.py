@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.inputs.outlines import Outline
+from pipeline.mistakes import Problem
 from pipeline.scenario import solver_objects
-from pipeline.scenario.schema_errors import Problem
 from pipeline.scenario.solver_objects import Outlines
 from pipeline.settings.structures import place_of
 from solver.physics.earthworks import Basin, Dam, crest_left, reshaped

@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from pipeline.mistakes import describe
+from pipeline.mistakes import Problem, describe
 from pipeline.scenario import schema_errors
 from pipeline.scenario.design import Design, draw
 from pipeline.scenario.hints import meant
-from pipeline.scenario.schema_errors import Problem
 from pipeline.scenario.strict_yaml import Path
 from pipeline.scenario.sweep import SWEEPABLE, Value, assign, path_of
 from pipeline.settings.sample import MOST_RUNS, Sample

@@ -29,15 +29,17 @@ def outcome(path):
         # what NumPy warns of is on the terminal of a user
         warnings.simplefilter("error")
         try:
-            (scenario,) = load([path])
+            # one of several levels is one scenario a level
+            scenarios = load([path])
         except BadInput as error:
             lines = str(error).splitlines()
             assert lines
             assert all(LINE.fullmatch(line) for line in lines), lines
             return lines
-        runs = expand(scenario)
-        assert runs[len(runs) - 1].settings.domain == scenario.settings.domain
-        assert str(size(scenario))
+        for scenario in scenarios:
+            runs = expand(scenario)
+            assert runs[len(runs) - 1].settings.domain == scenario.settings.domain
+            assert str(size(scenario))
         return len(runs)
 
 
