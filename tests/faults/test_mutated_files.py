@@ -63,7 +63,7 @@ def test_every_mutant_of_a_shipped_scenario_makes_runs_or_is_refused_with_lines(
 def test_every_mutant_of_a_shipped_table_makes_runs_or_is_refused_with_lines(tmp_path, table):
     rng, path = random.Random(SEED), tmp_path / "scenario.yaml"
     near = [file for file in SHIPPED if file.parent == table.parent]
-    (naming,) = (file for file in near if table.name in file.read_text())
+    naming = next(file for file in near if table.name in file.read_text())
     path.write_text(naming.read_text())
     counts, start = {int: 0, list: 0}, time.process_time()
     while sum(counts.values()) < 60 and time.process_time() - start < MOST_SECONDS / 6:
