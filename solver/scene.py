@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Literal, Protocol
 
 from solver.arrays import Array
+from solver.inflow.conditions import Inflow, Section
 from solver.physics.constants import GRAVITY
 from solver.physics.earth_pressure import EarthPressure, Isotropic
 from solver.physics.elevation import Surface
@@ -15,7 +17,16 @@ from solver.points.cloud import PointCloud
 from solver.points.lattice import Lattice
 from solver.scheme import Collocation, Scheme, WeightedResidual
 
-__all__ = ["Boundaries", "Collocation", "Scene", "Scheme", "Side", "WeightedResidual"]
+__all__ = [
+    "Boundaries",
+    "Collocation",
+    "Inflow",
+    "Scene",
+    "Scheme",
+    "Section",
+    "Side",
+    "WeightedResidual",
+]
 
 Side = Literal["open", "wall", "no-slip"] | float
 
@@ -73,6 +84,8 @@ class Scene:
     operators : from `solver.forms.prepare` for runs that share points and choices; by default a run makes
     its own.
     zones : with a law of friction of their own, which do not overlap.
+    inflows : hydrographs through sections. sections, section_times : where discharge is measured, and the
+    times of its samples, s, increasing. Both take the weighted-residual form on a lattice.
     """
 
     points: Lattice | PointCloud
@@ -87,6 +100,9 @@ class Scene:
     scheme: Scheme = field(default_factory=WeightedResidual)
     operators: Operators | None = None
     zones: tuple[Zone, ...] = ()
+    inflows: tuple[Inflow, ...] = ()
+    sections: tuple[Section, ...] = ()
+    section_times: Sequence[float] | Array = ()
 
     @property
     def least_coefficient(self) -> float:

@@ -8,7 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.arrays import Array
+from solver.kernels.inflow import Inflows
 from solver.kernels.record import Record
+from solver.kernels.sections import Sections
 from solver.kernels.state import Bed, FaceValues, Fields, Fluxes, Grid, Material, Sides, Status
 from solver.lattice.spans import Spans
 
@@ -63,3 +65,5 @@ class LatticeArrays(NamedTuple):
     inner: NDArray[np.bool_]
     buffers: Buffers
     record: Record
+    inflows: Inflows
+    sections: Sections

@@ -20,8 +20,10 @@ from solver.arrays import Array
 from solver.compiled import ONE, kernel
 from solver.kernels.boundary import account, boundary_flux
 from solver.kernels.friction import law_at
+from solver.kernels.inflow import admit, close_to_backflow, dismiss
 from solver.kernels.limiter import EMPTIED, afforded
 from solver.kernels.riemann import hll
+from solver.kernels.sections import measure
 from solver.kernels.source_terms import acting_share, update_cell
 from solver.kernels.state import (
     AXIS,
@@ -201,6 +203,8 @@ def stage(
     """
     status, bed, material, sides, grid = arrays.status, arrays.bed, arrays.material, arrays.sides, arrays.grid
     spans, m, dry = arrays.spans.stepped, grid.stride, material.dry
+    inflows, sections = arrays.inflows, arrays.sections
+    comes_in, measured = len(inflows.cell) > 0, len(sections.volume) > 0
     # rows of buffers have room for a whole vector more, so that none runs into the next
     room = m + LANES
     along, across, x_fluxes, y_fluxes, lost, before = arrays.buffers
@@ -256,6 +260,9 @@ def stage(
                 restrict_side(x_fluxes, ring + a, h, u, v, beta_x, j * m + a, ONE, west, -1.0)
             if b == m - GHOSTS:
                 restrict_side(x_fluxes, ring + b, h, u, v, beta_x, j * m + b - 1, ONE, east, 1.0)
+        if comes_in:
+            close_to_backflow(inflows, h, j, m, x_fluxes, y_fluxes, ring)
+        if a < b:
             short = outflow_limits(
                 h,
                 j * m + a,
@@ -292,6 +299,8 @@ def stage(
         short_before = short
         row = j - 1
         a, b = spans[0, row], spans[1, row]
+        if measured and row >= first - 1:
+            measure(sections, row, (a, b), hull(spans, row, row + 1), x_fluxes, y_fluxes, below, share * dt)
         if row < first or a >= b:
             continue
         south = ((row - 1) % RING) * room + a
@@ -318,6 +327,35 @@ def stage(
             dt,
             grid,
         )
+        e, stop = (inflows.first[row], inflows.first[row + 1]) if comes_in else (0, 0)
+        while e < stop:
+            # the cells of a section once more, with what comes in
+            i, c = inflows.cell[e], inflows.column[e]
+            if not a <= c < b:
+                e += 1
+                continue
+            at = x_fluxes, below + c, y_fluxes, south - a + c, below + c
+            begin, e = e, admit(inflows, e, *at, h[i], u[i], v[i], beta_x[i], beta_y[i])
+            update_row(
+                before,
+                now,
+                out,
+                status,
+                bed,
+                material,
+                i,
+                c,
+                1,
+                x_fluxes,
+                below + c,
+                y_fluxes,
+                south - a + c,
+                below + c,
+                part,
+                dt,
+                grid,
+            )
+            dismiss(inflows, begin, e, *at)
         if row == GHOSTS and low not in (AXIS, MIDLINE):
             for k in range(south, south + b - a):
                 account(share * dt * grid.dx * -y_mass[k], 2, ledger)

@@ -8,7 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.arrays import Array
+from solver.kernels.inflow import Inflows
 from solver.kernels.record import Record
+from solver.kernels.sections import Sections
 from solver.kernels.state import Fields, Grid, Material, Sides
 from solver.lattice.arrays import Buffers
 from solver.lattice.spans import Spans
@@ -40,3 +42,5 @@ class SurfaceArrays(NamedTuple):
     inner: NDArray[np.bool_]
     buffers: Buffers
     record: Record
+    inflows: Inflows
+    sections: Sections

@@ -14,8 +14,10 @@ import numpy as np
 from solver.arrays import Array
 from solver.compiled import ONE, kernel
 from solver.kernels.friction import law_at
+from solver.kernels.inflow import admit, close_to_backflow, dismiss
 from solver.kernels.limiter import EMPTIED, afforded
 from solver.kernels.riemann import hll
+from solver.kernels.sections import measure
 from solver.kernels.source_terms import acting_share, update_cell
 from solver.kernels.state import BELOW_YIELD, LANES, Fields, Fluxes, Material, whole
 from solver.lattice.arrays import RING
@@ -187,6 +189,7 @@ def stage(
     first: int,
     last: int,
     part: float,
+    share: float,
     dt: float,
 ) -> None:
     """One Runge-Kutta stage over the spans to be stepped.
@@ -199,11 +202,15 @@ def stage(
         Rows to be stepped, from `solver.lattice.spans.spread`.
     part : float
         Weight of this stage's result in the convex combination with ``start``.
+    share : float
+        Weight of this stage's fluxes in the whole step, for what passes sections.
     dt : float
         Time step, s.
     """
     static, metric, material, grid = arrays.static, arrays.metric, arrays.material, arrays.grid
     spans, m, dry = arrays.spans.stepped, grid.stride, material.dry
+    inflows, sections = arrays.inflows, arrays.sections
+    comes_in, measured = len(inflows.cell) > 0, len(sections.volume) > 0
     room = m + LANES
     along, across, x_fluxes, y_fluxes, lost, before = arrays.buffers
     h, u, v = now
@@ -226,6 +233,10 @@ def stage(
             edge_values(h, u, v, g_n, x, cell, ONE, whole(b - a + 2), dry, along, a - 1)
             hll(along, a - 1, along, a, static, cell, ONE, whole(b - a + 1), dry, x_fluxes, ring + a)
             lengthen(x_fluxes, ring + a, x.length, cell, b - a + 1)
+        if comes_in:
+            close_to_backflow(inflows, h, j, m, x_fluxes, y_fluxes, ring)
+        if a < b:
+            cell = j * m + a - 1
             masses = x_mass, ring + a, y_mass, below + a, ring + a
             short = outflow_limits(h, metric.per_area, cell + 1, b - a, *masses, dt, lost, ring + a)
             if not short:
@@ -245,6 +256,9 @@ def stage(
         short_before = short
         row = j - 1
         a, b = spans[0, row], spans[1, row]
+        if measured and row >= first - 1:
+            across_y = hull(spans, row, row + 1)
+            measure(sections, row, (a, b), across_y, x_fluxes, y_fluxes, below, share * dt)
         if row < first or a >= b:
             continue
         south = ((row - 1) % RING) * room + a
@@ -269,3 +283,14 @@ def stage(
             part,
             dt,
         )
+        e, stop = (inflows.first[row], inflows.first[row + 1]) if comes_in else (0, 0)
+        while e < stop:
+            # the cells of a section once more, with what comes in
+            i, c = inflows.cell[e], inflows.column[e]
+            if not a <= c < b:
+                e += 1
+                continue
+            at = x_fluxes, below + c, y_fluxes, south - a + c, below + c
+            begin, e = e, admit(inflows, e, *at, h[i], u[i], v[i], g_n[i], g_n[i])
+            update_row(before, c, now, out, static, metric, material, i, m, 1, *at, part, dt)
+            dismiss(inflows, begin, e, *at)
