@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.runs.runs import Runs
-from pipeline.runs.scene_of_run import Prepared, build_scene
+from pipeline.runs.scene_of_run import Prepared, build_scene, section_times
 from pipeline.runs.shared_points import SharedPoints
 from pipeline.runs.stored_values import profile_values
 from pipeline.scenario.design import return_periods, weights
@@ -18,7 +18,16 @@ from pipeline.scenario.sweep import meaning_of
 from pipeline.settings.points import LatticePoints
 from pipeline.store import provenance
 from pipeline.store.layout import Template, group_size, run_bytes
-from pipeline.store.variables import RETURN_PERIOD, WEIGHT, Variable, coordinates, grid_mapping, kept
+from pipeline.store.variables import (
+    RETURN_PERIOD,
+    SECTION_COORDINATES,
+    SECTIONS,
+    WEIGHT,
+    Variable,
+    coordinates,
+    grid_mapping,
+    kept,
+)
 from solver.points.lattice import Lattice
 
 if TYPE_CHECKING:
@@ -31,9 +40,10 @@ STAGES = 3
 def variables(scenario: Scenario) -> tuple[Variable, ...]:
     """Variables on ``run`` of a scenario's store; the profile joins them where the terrain is swept."""
     cloud = not isinstance(scenario.settings.points, LatticePoints)
+    sections = SECTIONS if scenario.settings.sections else ()
     if scenario.ground is not None:
-        return kept(list(scenario.settings.output.fields), surface=True)
-    return (*profile(scenario), *kept(list(scenario.settings.output.fields), cloud))
+        return (*sections, *kept(list(scenario.settings.output.fields), surface=True))
+    return (*sections, *profile(scenario), *kept(list(scenario.settings.output.fields), cloud))
 
 
 def profile(scenario: Scenario) -> tuple[Variable, ...]:
@@ -62,6 +72,7 @@ def template(scenario: Scenario, runs: Runs, shared: SharedPoints) -> Template:
         x, y = points.coordinates
         known, sizes = {"x": x, "y": y, "area": points.cell_area}, {"point": len(points)}
     known |= profile_values(prepared) | {"time": times}
+    sections = section_coordinates(scenario)
     frames = len(times) if any("time" in v.dims for v in held) else 1
     return Template(
         variables=held,
@@ -72,11 +83,17 @@ def template(scenario: Scenario, runs: Runs, shared: SharedPoints) -> Template:
                 if v.name not in {h.name for h in held}
             ),
             *mapping(scenario),
+            *sections,
             (Variable("run", ("run",), "int64", "1", "position in the design", -1), np.arange(len(runs))),
             *shares(scenario),
             *parameters(runs),
         ),
-        sizes={"run": len(runs), "time": len(times), **sizes},
+        sizes={
+            "run": len(runs),
+            "time": len(times),
+            **sizes,
+            **{variable.name: len(values) for variable, values in sections},
+        },
         group=group_size(len(runs), seconds(prepared), run_bytes((frames, *points.shape))),
         attributes={**attributes(scenario), "threshold": prepared.threshold},
     )
@@ -86,7 +103,7 @@ def seconds(prepared: Prepared) -> float:
     """Rough time of a run, s: only good to choose how many runs share a task."""
     scene = prepared.scene
     elevation = profile_values(prepared)["elevation"]
-    fall = float(np.nanmax(elevation) - np.nanmin(elevation)) + float(scene.depth.max())
+    fall = float(np.nanmax(elevation) - np.nanmin(elevation)) + float(prepared.origin.max())
     speed = float(np.sqrt(2 * scene.gravity * fall))
     steps = prepared.times[-1] * speed / (scene.scheme.cfl * float(np.sqrt(np.min(scene.points.cell_area))))
     return float(STAGES * steps * scene.depth.size / CELL_STAGES_PER_SECOND)
@@ -99,6 +116,15 @@ def mapping(scenario: Scenario) -> list[tuple[Variable, NDArray[Any]]]:
     from pipeline.inputs.reference_system import cf_attributes
 
     return [(grid_mapping(cf_attributes(scenario.ground.raster.crs)), np.array(0))]
+
+
+def section_coordinates(scenario: Scenario) -> list[tuple[Variable, NDArray[Any]]]:
+    """Give the names of a scenario's sections and the times of samples at them; nothing without any."""
+    settings = scenario.settings
+    if not settings.sections:
+        return []
+    names = np.array([each.name for each in settings.sections], object)
+    return list(zip(SECTION_COORDINATES, (names, section_times(settings)), strict=True))
 
 
 def shares(scenario: Scenario) -> list[tuple[Variable, NDArray[Any]]]:

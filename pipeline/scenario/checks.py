@@ -11,8 +11,9 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from pipeline.inputs import elevation_table, point_file, reference_system
+from pipeline.inputs import elevation_table, hydrograph_table, point_file, reference_system
 from pipeline.inputs.elevation_table import ElevationTable
+from pipeline.inputs.hydrograph_table import HydrographTable
 from pipeline.inputs.point_file import PointFile
 from pipeline.mistakes import BadInput, Mistake
 from pipeline.scenario import endless, solver_objects
@@ -27,6 +28,8 @@ from pipeline.settings.physics import AnyTerrain
 from pipeline.settings.points import FilePoints
 from pipeline.settings.section import Pair
 from pipeline.settings.settings import Settings
+from pipeline.settings.surface import ElevationTerrain
+from solver.physics.elevation import ElevationModel
 from solver.physics.terrain import SlopeProfile
 from solver.release.shapes import Release
 
@@ -49,6 +52,7 @@ class Checked:
     tables: dict[str, ElevationTable] = field(default_factory=dict)
     points: PointFile | None = None
     ground: Ground | None = None
+    hydrographs: dict[str, HydrographTable] = field(default_factory=dict)
     mistakes: list[Mistake] = field(default_factory=list)
     warnings: tuple[str, ...] = ()
 
@@ -77,7 +81,8 @@ def check_document(document: Document, folder: FilePath) -> Checked:
         return Checked(mistakes=mistakes)
     warnings = (document.mistake(path, message) for path, message in judge.warnings(settings))
     ground = judge.map_files.held
-    return Checked(settings, judge.tables, judge.points, ground, [], tuple(map(str, warnings)))
+    files = judge.tables, judge.points, ground, judge.hydrographs
+    return Checked(settings, *files, [], tuple(map(str, warnings)))
 
 
 class _Judge:
@@ -86,6 +91,7 @@ class _Judge:
     def __init__(self, folder: FilePath) -> None:
         self.folder = folder
         self.tables: dict[str, ElevationTable] = {}
+        self.hydrographs: dict[str, HydrographTable] = {}
         self.mistakes: list[Mistake] = []
         self.lost: dict[Path, tuple[float, float]] = {}
         self.short: dict[Path, float] = {}
@@ -105,14 +111,16 @@ class _Judge:
 
     def problems(self, settings: Settings) -> list[Problem]:
         """List what is wrong with the settings of one run, which keep to the schema."""
-        problems = self._table(settings) + self._points(settings)
+        problems = self._table(settings) + self._points(settings) + self._hydrographs(settings)
         for name in FRICTION_ANGLES:
             angle = getattr(settings.material, name)
             if angle is not None and 0 < angle < LEAST_ANGLE:
                 self.flat["material", name] = angle
         self.ground = settings.georeference
+        if any(name not in self.hydrographs for name in settings.hydrograph_files):
+            return problems
         if settings.on_surface:
-            return self._on_surface(settings)[1]
+            return problems or self._on_surface(settings)[1]
         if settings.table_file is not None and settings.table_file not in self.tables:
             return problems
         try:
@@ -150,10 +158,27 @@ class _Judge:
     def _on_surface(self, settings: Settings) -> tuple[Settings, list[Problem]]:
         """Give settings on an elevation model with their domain, and what is wrong with their files."""
         try:
-            return self.map_files.judge(settings)
+            found, problems = self.map_files.judge(settings)
+            if not problems and (settings.inflow or settings.sections):
+                assert isinstance(found.terrain, ElevationTerrain)
+                assert self.map_files.held is not None
+                model = solver_objects.surface(found.terrain, self.map_files.held.raster)
+                problems = self._sections(found, model)
+            return found, problems
         except (ArithmeticError, ValueError) as error:
-            found = f"expected an elevation model that can be computed on, found one that cannot ({error})"
-            return settings, [Problem(("terrain",), found, related=(("terrain",), ("release",)))]
+            message = f"expected an elevation model that can be computed on, found one that cannot ({error})"
+            return settings, [Problem(("terrain",), message, related=(("terrain",), ("release",)))]
+
+    def _sections(self, settings: Settings, terrain: SlopeProfile | ElevationModel) -> list[Problem]:
+        """List what is wrong with where inflows and sections are."""
+        return [
+            Problem(
+                (name, i, "section" if name == "inflow" else "line"),
+                message,
+                related=((name, i), ("material",), ("terrain",), ("domain",)),
+            )
+            for name, i, message in solver_objects.misplaced(settings, terrain, self.hydrographs)
+        ]
 
     def _slope(self, settings: Settings) -> SlopeProfile:
         name = settings.table_file
@@ -184,6 +209,8 @@ class _Judge:
             elif part > 0:
                 volume = part * (whole if release.volume is None else release.volume)
                 self.lost[path] = max(self.lost.get(path, (0.0, 0.0)), (volume, part))
+        if settings.inflow or settings.sections:
+            problems += self._sections(settings, self._slope(settings))
         return problems
 
     def for_all_runs(self, settings: Settings) -> list[Problem]:
@@ -270,6 +297,27 @@ class _Judge:
         except ValueError as error:
             return [Problem(path, f"expected points that fit, found {error}", related=(path, ("domain",)))]
         return []
+
+    def _hydrographs(self, settings: Settings) -> list[Problem]:
+        """Read the files of hydrographs, each once, and list what is wrong with them."""
+        problems: list[Problem] = []
+        for i, inflow in enumerate(settings.inflow):
+            if inflow.file is None:
+                continue
+            table = self._read(inflow.file, ("inflow", i, "hydrograph", "file"), hydrograph_table.read)
+            if isinstance(table, list):
+                problems += table
+                continue
+            self.hydrographs[inflow.file] = table
+            start = float(table.hydrograph.times[0])
+            if settings.domain is not None and start >= settings.latest_end:
+                found = (
+                    f"expected a hydrograph that begins before the end of the run, {settings.latest_end:g} s"
+                )
+                problems.append(
+                    Problem(("inflow", i, "hydrograph"), f"{found}, found one from {start:g} s on")
+                )
+        return problems
 
     def _table(self, settings: Settings) -> list[Problem]:
         """Read the table of a ``table`` profile, once, and list what is wrong with it."""

@@ -11,7 +11,7 @@ from pipeline.settings.section import declared
 from pipeline.settings.settings import Settings
 from pipeline.store.variables import COORDINATES, RETURN_PERIOD, WEIGHT, kept
 
-SWEEPABLE = ("gravity", "terrain", "release", "material", "boundaries", "scheme")
+SWEEPABLE = ("gravity", "terrain", "release", "inflow", "material", "boundaries", "scheme")
 _TAKEN = {"run", "scenario", *(variable.name for variable in (*COORDINATES, WEIGHT, RETURN_PERIOD, *kept()))}
 
 Value = int | float | str | bool

@@ -95,3 +95,25 @@ def largest_depth(
     """Largest depth that flow comes in with up to a time, m; 0 without any inflow."""
     found = [entrance(each, lattice, terrain, friction, gravity).largest_depth(until) for each in inflows]
     return max(found, default=0.0)
+
+
+def depth_at_start(
+    depth: Array,
+    inflows: Sequence[Inflow],
+    lattice: Lattice,
+    terrain: Terrain | Surface,
+    friction: Coulomb,
+    gravity: float,
+    until: float,
+) -> Array:
+    """Give an initial depth (ny, nx), m, with the largest depths of what comes in where it does.
+
+    It says where a flow is from; nothing lies there at the start.
+    """
+    found = np.array(depth, dtype=np.float64)
+    for each in inflows:
+        made = entrance(each, lattice, terrain, friction, gravity)
+        peak = each.hydrograph.peak_until(until)
+        if peak > 0:
+            np.maximum.at(found, made.placed.downstream, made.depths(peak))
+    return found
