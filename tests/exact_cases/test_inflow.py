@@ -117,7 +117,7 @@ def test_slow_inflow_takes_its_depth_from_below(share):
         errors.append(np.abs(depth - exact)[x < 90].max())
         # the discharge is that of the section, whatever the depth
         assert result.sections.discharge[0, 1] == pytest.approx(3 * spacing * discharge, rel=1e-8)
-    assert errors[-1] < 2e-4
+    assert errors[-1] < 1e-3
     assert errors[0] > 1.7 * errors[1] > 1.7**2 * errors[2]
 
 

@@ -22,7 +22,7 @@ MATERIAL = "material: {bed_friction: 20, internal_friction: 30}"
 TIME = "time: {end: 1}"
 TABLE = "terrain: {profile: table, file: missing.csv, smoothing: 1}"
 SHAPES = "hemisphere, cap, paraboloid, box, cylinder, polygons"
-SECTIONS = "gravity, terrain, release, material, boundaries, scheme"
+SECTIONS = "gravity, terrain, release, inflow, material, boundaries, scheme"
 
 
 def messages(tmp_path, *texts):
@@ -47,7 +47,7 @@ def messages(tmp_path, *texts):
         pytest.param(
             TIME,
             "time: {end: 1}\nspeed: 3",
-            "9:1: speed: expected one of the keys name, description, gravity, terrain, domain, points, release, material, boundaries, scheme, time, output, sweep, sample, weights, return_periods, receptors, georeference, hazard, found 'speed'. Did you mean 'hazard.speed'?",
+            "9:1: speed: expected one of the keys name, description, gravity, terrain, domain, points, release, inflow, sections, material, boundaries, scheme, time, output, sweep, sample, weights, return_periods, receptors, georeference, hazard, found 'speed'. Did you mean 'hazard.speed'?",
             id="unknown section",
         ),
         pytest.param(
