@@ -20,7 +20,7 @@ from pipeline.hazard.layers import Layer, layers
 from pipeline.hazard.map_files import ground
 from pipeline.hazard.mapping import WHOLE, of_place
 from pipeline.hazard.pictures import draw
-from pipeline.report.figures import animation, runout_curve
+from pipeline.report.figures import animation, hydrographs, runout_curve
 from pipeline.report.tables import TABLES, Table, what_matters
 from pipeline.store import storage
 from pipeline.store.place import indices_path, store_path, store_paths
@@ -51,6 +51,7 @@ class Chapter:
     others: Sequence[Picture] = ()
     curve: Picture | None = None
     motion: Picture | None = None
+    hydrographs: Picture | None = None
     tables: Sequence[Table] = ()
     text: str = ""
 
@@ -116,7 +117,7 @@ def _scenario(out: Location, name: str, found: xr.Dataset, run: int | None) -> C
         motion = None
         if shown is not None and shown < store.sizes["run"]:
             motion = animation(store, shown, placed)
-        curve = runout_curve(store)
+        curve, discharge = runout_curve(store), hydrographs(store)
         first, others = _maps(found, placed)
         tables = [*(make(store) for make in TABLES)]
         tables.insert(1, what_matters(indices_path(out), name))
@@ -129,6 +130,9 @@ def _scenario(out: Location, name: str, found: xr.Dataset, run: int | None) -> C
             others=others,
             curve=None if curve is None else Picture("run-out", _uri(curve, "png")),
             motion=None if motion is None else Picture(f"run {shown} in motion", _uri(motion, "webp")),
+            hydrographs=None
+            if discharge is None
+            else Picture("discharge at sections", _uri(discharge, "png")),
             tables=[table for table in tables if table is not None],
             text=str(store.attrs["scenario"]),
         )

@@ -46,6 +46,13 @@ class Entrance:
             level = high
         return np.where(wide, np.maximum(0.0, level - bottom) * self.slant, 0.0)
 
+    def speeds(self, discharge: float) -> Array:
+        """Speeds at the faces of a discharge (m3 s-1), shape (n,), m s-1; 0 where nothing comes in."""
+        depths = self.depths(discharge)
+        unit = self.rating.unit_discharge(depths)
+        unit = unit * discharge / float(unit @ self.placed.width)
+        return np.divide(unit, depths, out=np.zeros(len(depths)), where=depths > 0)
+
     def largest_depth(self, until: float) -> float:
         """Largest depth that flow comes in with up to a time, m; the time in s."""
         peak = self.inflow.hydrograph.peak_until(until)

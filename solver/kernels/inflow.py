@@ -59,8 +59,9 @@ class Inflows(NamedTuple):
         Of the step: flux of mass, of the size of other fluxes, depth (m) and speed (m s-1) of what comes in.
     graphs
         Hydrographs of the sections.
-    flowing, entered
-        Of each section: mean discharge in the step, m3 s-1, and volume that has come in, m3.
+    total, opened, flowing, entered
+        Of each section: width, m, whether its cells take part in the step, mean discharge in it, m3 s-1, and
+        volume that has come in, m3.
     until
         Time after which nothing comes in, s, shape (1,).
     before
@@ -89,6 +90,8 @@ class Inflows(NamedTuple):
     depth: Array
     speed: Array
     graphs: Hydrographs
+    total: Array
+    opened: Array
     flowing: Array
     entered: Array
     until: Array
@@ -118,10 +121,9 @@ def fill_section(inflows: Inflows, k: int, discharge: float) -> None:
     Where the bed is level all have the depth of the mean discharge per width. Otherwise the level is found by
     halving; the shares are those of the rating, and add up to the discharge exactly.
     """
-    width, lowest, highest, slant = 0.0, math.inf, -math.inf, 1.0
+    width, lowest, highest, slant = inflows.total[k], math.inf, -math.inf, 1.0
     for e in range(len(inflows.cell)):
-        if inflows.section[e] == k and inflows.width[e] > 0.0:
-            width += inflows.width[e]
+        if inflows.section[e] == k:
             highest = max(highest, inflows.bottom[e])
             if inflows.bottom[e] < lowest:
                 lowest, slant = inflows.bottom[e], inflows.slant[e]
@@ -149,7 +151,7 @@ def fill_section(inflows: Inflows, k: int, discharge: float) -> None:
             h = (fixed if fixed > 0.0 else mean) if highest == lowest else h
             part = unit_discharge(inflows.graphs, k, h) if highest > lowest else 1.0
             part *= discharge / (total if highest > lowest else width)
-            inflows.depth[e] = h if inflows.width[e] > 0.0 else 0.0
+            inflows.depth[e] = h
             inflows.speed[e] = part / h if h > 0.0 else 0.0
             inflows.mass[e] = part * inflows.width[e] / inflows.length[e]
 
@@ -197,11 +199,13 @@ def await_inflow(
                 along, across = abs(inflows.along[e]) * u, abs(inflows.across[e]) * u
                 this = (along + wave) * inflows.rate[0, e] + (across + wave) * inflows.rate[1, e]
                 rate = max(rate, this)
+    for k in range(len(inflows.flowing)):
+        soon = next_flow(inflows.graphs, k, time) - time <= 2.0 * limits.shortest
+        inflows.opened[k] = 1.0 if soon else 0.0
     for j in range(len(inflows.first) - 1):
         for e in range(inflows.first[j], inflows.first[j + 1]):
-            k, c = inflows.section[e], inflows.column[e]
-            if next_flow(inflows.graphs, k, time) - time <= 2.0 * limits.shortest:
-                static[inflows.cell[e]] = 0.0
+            if inflows.opened[inflows.section[e]] > 0.0:
+                c, static[inflows.cell[e]] = inflows.column[e], 0.0
                 for spans in (wet, moving):
                     if spans[0, j] < spans[1, j]:
                         spans[0, j], spans[1, j] = min(spans[0, j], c), max(spans[1, j], c + 1)
@@ -212,18 +216,18 @@ def await_inflow(
 
 @kernel()
 def begin_inflow(inflows: Inflows, time: float, dt: float) -> None:
-    """Find what comes in during a step from a time on (s), and count its volume."""
+    """Find what comes in during a step from a time on (s), and count its volume.
+
+    It is what the hydrograph has let in by the end of the step less what has come in before.
+    """
     for k in range(len(inflows.flowing)):
-        volume = volume_until(inflows.graphs, k, time + dt) - volume_until(inflows.graphs, k, time)
-        flowing = volume / dt if volume > 0.0 and dt > 0.0 else 0.0
-        inflows.flowing[k] = flowing
-        if flowing > 0.0:
-            fill_section(inflows, k, flowing)
-            through = 0.0
-            for e in range(len(inflows.cell)):
-                if inflows.section[e] == k:
-                    through += inflows.mass[e] * inflows.length[e]
-            inflows.entered[k] += through * dt
+        inflows.flowing[k] = 0.0
+        volume = volume_until(inflows.graphs, k, time + dt) - inflows.entered[k]
+        opened = inflows.opened[k] > 0.0 and time < inflows.until[0]
+        if opened and volume > 0.0 and dt > 0.0:
+            inflows.flowing[k] = volume / dt
+            fill_section(inflows, k, volume / dt)
+            inflows.entered[k] += volume
 
 
 @kernel()
@@ -372,7 +376,7 @@ def no_inflows() -> Inflows:
         both,
         *(real,) * 3,
         no_hydrographs(),
-        *(real,) * 2,
+        *(real,) * 4,
         np.full(1, -np.inf),
         np.zeros((4, 0)),
     )

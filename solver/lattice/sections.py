@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from math import fsum
 from typing import NamedTuple
 
 import numpy as np
@@ -116,6 +117,9 @@ def inflows_of(entrances: Sequence[Entrance], doors: Doors, rows: int, geometry:
             np.concatenate([each.log_discharge for each in ratings]),
             np.array([each.fixed for each in ratings]),
         ),
+        # exact sums, so that mirror images have the same
+        total=np.array([fsum(each.placed.width) for each in entrances]),
+        opened=np.zeros(len(entrances)),
         flowing=np.zeros(len(entrances)),
         entered=np.zeros(len(entrances)),
         until=np.array([max(each.last for each in graphs)]),

@@ -47,6 +47,8 @@ MOST_STEPS = 1e6
 STOPPING_TIMES = 40.0
 # Share of the scenes with another law of friction than Coulomb's or Voellmy's.
 OTHER_LAWS = 0.3
+# what inflows are drawn by, beside seed and number of a scene
+INFLOW = 19
 
 
 @dataclass(frozen=True)
@@ -117,6 +119,16 @@ def draw(seed: int, number: int) -> Drawn:
             "end": draws.rounded(min(max(crossing, stopping), MOST_STEPS * spacing / (waves + falling)))
         },
     }
+    comes_in = "none"
+    if kind == "lattice":
+        # drawn apart, so that scenes without are those that they were
+        own = np.random.default_rng([seed, number, INFLOW])
+        about = terrain, material, data["domain"], spacing, data["time"]["end"], gravity
+        inflow, comes_in = draws.draw_inflow(own, *about)
+        if inflow:
+            data["inflow"] = inflow
+            if own.random() < 0.3:
+                del data["release"]
     if kind == "collocation":
         data["scheme"] = {"form": "collocation"}
     # one frame, at the end: output times would change the steps
@@ -135,6 +147,7 @@ def draw(seed: int, number: int) -> Drawn:
         "earth pressure": pressure,
         "friction": draws.friction_class(material),
         "sides": boundary,
+        "inflow": comes_in if "release" in data else f"{comes_in}, no release",
         "gravity": "below 0.1" if gravity < 0.1 else "0.1 to 5" if gravity < 5 else "above 5",
         "size of the heap": draws.size_class(radius),
         "cells across": draws.across_class(across),
