@@ -264,7 +264,9 @@ def close_to_backflow(
 def inflow_depth(mass: float, inside: float, h: float, beta: float) -> float:
     """Depth, m, of flow that comes in slower than its waves, by the invariant ``u - 2 c`` from inside.
 
-    It is that of ``mass / d - 2 sqrt(beta d) = inside - 2 sqrt(beta h)``, but at least the critical depth.
+    It is that of ``mass / d - 2 sqrt(beta d) = inside - 2 sqrt(beta h)``, at least the critical depth, and
+    presses at most as the HLL flux of what meets in the cell does: a thin cell that deep flow runs into from
+    below would be thrown off.
 
     Parameters
     ----------
@@ -284,8 +286,9 @@ def inflow_depth(mass: float, inside: float, h: float, beta: float) -> float:
         c -= step
         if abs(step) <= 1e-15 * c:
             break
-    c = max(c, critical)
-    return float(c * c / beta)
+    met = max(0.0, critical - inside)
+    most = h * (h + 2.0 * met * (met + math.sqrt(beta * h)) / beta)
+    return float(max(critical * critical / beta, min(c * c / beta, math.sqrt(most))))
 
 
 @kernel()

@@ -19,7 +19,7 @@ from solver.run import Run
 from solver.scene import Boundaries, Scene
 
 # Steps that are repeated; what mirrors to round-off only is compared after fewer.
-STEPS, FEW_STEPS = 60, 10
+STEPS, FEW_STEPS, FIRST_STEPS = 60, 10, 3
 # Largest difference of depth of what mirrors to round-off, as part of the largest depth.
 ROUND_OFF = 1e-9
 # roots of what is next to nothing make this of a last bit
@@ -76,11 +76,11 @@ def repeat(drawn: Drawn) -> list[Check]:
 
 def _scaled_inflow(drawn: Drawn, scene: Scene, end: float) -> Iterator[Check]:
     """Compare a scene with an inflow under a stronger gravity and on a larger scale, to round-off."""
-    few = _stepped(scene, end, FEW_STEPS)
+    few = _stepped(scene, end, FIRST_STEPS)
     large = prepared(larger(drawn))
     others = {
-        "gravity scales time, with inflow": (_stepped(stronger(scene), end / 2.0, FEW_STEPS), 1.0),
-        "length scales, with inflow": (_stepped(large.scene, float(large.times[-1]), FEW_STEPS), FACTOR),
+        "gravity scales time, with inflow": (_stepped(stronger(scene), end / 2.0, FIRST_STEPS), 1.0),
+        "length scales, with inflow": (_stepped(large.scene, float(large.times[-1]), FIRST_STEPS), FACTOR),
     }
     for law, (run, length) in others.items():
         gap = float(np.abs(run.state[0] - length * few.state[0]).max(initial=0.0))
