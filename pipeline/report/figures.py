@@ -23,7 +23,7 @@ from pipeline.assess.tables import values
 
 CURVE_POINTS = 400
 # runs that are drawn one by one; and the part of the largest discharge after which nothing flows any more
-FEW_RUNS, FLOWS = 12, 1e-3
+FEW_RUNS, FLOWS = 12, 1e-2
 FRAMES = 40
 WIDTH = 8.0
 SHOWN_MILLISECONDS, LAST_MILLISECONDS = 150, 1500
