@@ -16,7 +16,7 @@ MOST_MODULES = 15
 FORMS = ("solver.lattice", "solver.cloud", "solver.collocation")
 # from the bottom up: each imports from those before it alone
 LAYERS = (
-    *("solver.physics", "solver.points", "solver.release", "solver.lmls", "solver.kernels"),
+    *("solver.physics", "solver.points", "solver.release", "solver.inflow", "solver.lmls", "solver.kernels"),
     *(FORMS, "solver.surface", "solver.checks", "solver.verification"),
     *(
         "pipeline.mistakes",

@@ -4,12 +4,13 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from inflows import G, fed, middle, voellmy
 from scipy.integrate import solve_ivp
 
 import solver
 from solver.inflow.conditions import DEPTHS, resistance_of, uniform_speed
 from solver.inflow.entrance import entrance
+from solver.physics.constants import GRAVITY as G
+from solver.verification.inflow_cases import fed, front_errors, front_exact, steady_errors, voellmy
 
 RISE = solver.Hydrograph(np.array([0.0, 5.0, 20.0]), np.array([0.0, 10.0, 0.0]))
 
@@ -63,17 +64,13 @@ def test_normal_flow_stays_uniform_where_it_is_faster_than_its_waves(at):
     assert not depth[x < at].any()
 
 
-PROFILE = {5: 0.679114, 10: 0.750473, 20: 0.866989, 50: 1.03231, 100: 1.07039}
-
-
-def steady_profile(spacing):
-    scene = fed(15, voellmy(0.1, 500), 10, spacing=spacing, length=110, end=60, depth=0.6)
-    x, depth = middle(scene, solver.simulate(scene, [0, 60]).depth)
-    return np.interp(list(PROFILE), x, depth)
+def middle(scene, field):
+    """Centres of the cells, and a field (ny, nx) of the last frame along the middle row."""
+    return scene.points.x_points, field[-1][1]
 
 
 def test_the_steady_profile_below_a_section_of_given_depth_converges_in_second_order():
-    errors = [np.abs(steady_profile(d) - list(PROFILE.values())) for d in (1.0, 0.5, 0.25)]
+    errors = [np.abs(steady_errors(d)) for d in (1.0, 0.5, 0.25)]
     # the exact values have six digits, which the last two places reach
     assert (errors[-1] < [1e-4, 1e-4, 5e-5, 2e-5, 1e-5]).all()
     steep = [np.log2(a[:3] / b[:3]) for a, b in pairwise(errors)]
@@ -121,31 +118,20 @@ def test_slow_inflow_takes_its_depth_from_below(share):
     assert errors[0] > 1.7 * errors[1] > 1.7**2 * errors[2]
 
 
-def front(spacing, at=0.0):
-    """Errors of what flows on to a dry bed where gravity and friction balance, at t = 5."""
-    scene = fed(25, solver.Coulomb(25), 8, spacing=spacing, length=90 + at, end=5, at=at, speed=8.0)
-    result = solver.simulate(scene, [0, 5])
-    x, depth = middle(scene, result.depth)
-    x, speed = x - at, middle(scene, result.velocity_x)[1]
-    normal, t = G * np.cos(np.radians(25)), 5.0
-    wave = np.sqrt(normal)
-    tail, edge = (8 - wave) * t, (8 + 2 * wave) * t
-    assert (tail, edge) == (pytest.approx(25.0912, rel=1e-6), pytest.approx(69.8176, rel=1e-6))
-    exact = np.where(x < tail, 1.0, (8 + 2 * wave - x / t) ** 2 / (9 * normal))
-    exact = np.where((x > 0) & (x < edge), exact, 0.0)
-    assert depth.sum() * spacing == pytest.approx(40, rel=1e-13)
-    at_50 = np.interp(50, x, depth) - 0.196324, np.interp(50, x, speed) - 11.3212
-    return np.abs(depth - exact).sum() * spacing / 40, *np.abs(at_50), edge - x[depth > 1e-3].max()
+def test_the_front_is_the_one_known():
+    x = np.array([25.0912 - 1e-3, 50, 69.8176 - 1e-3, 69.8176 + 1e-3])
+    depth, speed = front_exact(x, 5.0)
+    assert depth == pytest.approx([1, 0.196324, 0, 0], abs=1e-6)
+    assert speed[:2] == pytest.approx([8, 11.3212], rel=1e-5)
 
 
 @pytest.mark.parametrize("at", [0.0, 10.0], ids=["boundary", "inside"])
 def test_flow_on_to_a_dry_bed_converges(at):
-    errors = np.array([front(d, at) for d in (1.0, 0.5, 0.25)])
-    ratios = errors[:-1] / errors[1:]
-    # L1 of depth, depth and speed at x = 50, and how far the tip at 1 mm lags
-    assert (ratios[:, :3] > 1.8).all()
-    assert (ratios[:, 3] > 1.3).all()
+    errors = np.abs([front_errors(d, at) for d in (1.0, 0.5, 0.25)])
+    # L1 of depth, depth and speed at x = 50
+    assert (errors[:-1, :3] / errors[1:, :3] > 1.8).all()
     assert errors[-1, 0] < 0.006
+    assert (errors[:, 3] < 1e-13).all()
 
 
 @pytest.mark.parametrize(
