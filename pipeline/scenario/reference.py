@@ -48,7 +48,10 @@ What comes in through a section, and where discharge is measured, are lists. `re
 ```yaml
 inflow:
   - {name: apex, section: [[120, -8], [120, 8]], hydrograph: {file: q.csv}, depth: normal}
-  - {name: left, section: [[60, -20], [80, -20]], hydrograph: {shape: triangle, volume: 4000, peak_discharge: 60}, froude: 1.5}
+  - name: tributary
+    section: [[60, -20], [80, -20]]
+    hydrograph: {shape: triangle, volume: 4000, peak_discharge: 60}
+    froude: 1.5
 sections: [{name: bridge, line: [[600, -20], [600, 20]]}]
 ```
 

@@ -308,34 +308,11 @@ def stage(
             mirror_fluxes(y_fluxes, south, below + a, b - a)
         # the last stage takes the place of the start: its loop would not vectorise on a row that it writes
         copy_row(start, row * m + a, b - a, before, a)
-        update_row(
-            before,
-            now,
-            out,
-            status,
-            bed,
-            material,
-            row * m + a,
-            a,
-            b - a,
-            x_fluxes,
-            below + a,
-            y_fluxes,
-            south,
-            below + a,
-            part,
-            dt,
-            grid,
-        )
+        # the whole row, and cells that flow comes into once more; one call, which is compiled into this loop
+        cell, c, count = row * m + a, a, b - a
         e, stop = (inflows.first[row], inflows.first[row + 1]) if comes_in else (0, 0)
-        while e < stop:
-            # the cells of a section once more, with what comes in
-            i, c = inflows.cell[e], inflows.column[e]
-            if not a <= c < b:
-                e += 1
-                continue
-            at = x_fluxes, below + c, y_fluxes, south - a + c, below + c
-            begin, e = e, admit(inflows, e, *at, h[i], u[i], v[i], beta_x[i], beta_y[i])
+        begin = e
+        while True:
             update_row(
                 before,
                 now,
@@ -343,9 +320,9 @@ def stage(
                 status,
                 bed,
                 material,
-                i,
+                cell,
                 c,
-                1,
+                count,
                 x_fluxes,
                 below + c,
                 y_fluxes,
@@ -355,7 +332,17 @@ def stage(
                 dt,
                 grid,
             )
-            dismiss(inflows, begin, e, *at)
+            if not comes_in:
+                break
+            dismiss(inflows, begin, e, x_fluxes, below + c, y_fluxes, south - a + c, below + c)
+            while e < stop and not a <= inflows.column[e] < b:
+                e += 1
+            if e >= stop:
+                break
+            cell, c, count = inflows.cell[e], inflows.column[e], 1
+            beta = beta_x[cell], beta_y[cell]
+            at = x_fluxes, below + c, y_fluxes, south - a + c, below + c
+            begin, e = e, admit(inflows, e, *at, h[cell], u[cell], v[cell], *beta)
         if row == GHOSTS and low not in (AXIS, MIDLINE):
             for k in range(south, south + b - a):
                 account(share * dt * grid.dx * -y_mass[k], 2, ledger)

@@ -264,33 +264,37 @@ def stage(
         south = ((row - 1) % RING) * room + a
         cell, count = row * m + a, b - a
         copy_row(start, cell, count, before, a)
-        update_row(
-            before,
-            a,
-            now,
-            out,
-            static,
-            metric,
-            material,
-            cell,
-            m,
-            count,
-            x_fluxes,
-            below + a,
-            y_fluxes,
-            south,
-            below + a,
-            part,
-            dt,
-        )
+        # the whole row, and cells that flow comes into once more; one call, which is compiled into this loop
+        c = a
         e, stop = (inflows.first[row], inflows.first[row + 1]) if comes_in else (0, 0)
-        while e < stop:
-            # the cells of a section once more, with what comes in
-            i, c = inflows.cell[e], inflows.column[e]
-            if not a <= c < b:
+        begin = e
+        while True:
+            update_row(
+                before,
+                c,
+                now,
+                out,
+                static,
+                metric,
+                material,
+                cell,
+                m,
+                count,
+                x_fluxes,
+                below + c,
+                y_fluxes,
+                south - a + c,
+                below + c,
+                part,
+                dt,
+            )
+            if not comes_in:
+                break
+            dismiss(inflows, begin, e, x_fluxes, below + c, y_fluxes, south - a + c, below + c)
+            while e < stop and not a <= inflows.column[e] < b:
                 e += 1
-                continue
+            if e >= stop:
+                break
+            cell, c, count = inflows.cell[e], inflows.column[e], 1
             at = x_fluxes, below + c, y_fluxes, south - a + c, below + c
-            begin, e = e, admit(inflows, e, *at, h[i], u[i], v[i], g_n[i], g_n[i])
-            update_row(before, c, now, out, static, metric, material, i, m, 1, *at, part, dt)
-            dismiss(inflows, begin, e, *at)
+            begin, e = e, admit(inflows, e, *at, h[cell], u[cell], v[cell], g_n[cell], g_n[cell])
