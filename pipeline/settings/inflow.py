@@ -42,6 +42,8 @@ NormalOrDepth = Annotated[
 ]
 
 Triangle = section_of(TriangleOfVolume, "shape")
+# pickle finds it here
+Triangle.__module__ = __name__
 if TYPE_CHECKING:
     AnyHydrograph = Generated | HydrographFile
 else:
