@@ -40,6 +40,8 @@ LEAST_ANGLE = 1.0
 
 FOR_RECEPTORS = ("max_depth", "max_speed", "arrival_time")
 FOR_MAPS = frozenset(("max_depth", "max_speed", "max_momentum_flux"))
+# of a volume
+ROUND_OFF = 1e-9
 # of a distribution that bounds cut off
 LEAST_SHARE = 1e-4
 
@@ -96,6 +98,7 @@ class _Judge:
         self.lost: dict[Path, tuple[float, float]] = {}
         self.short: dict[Path, float] = {}
         self.flat: dict[Path, float] = {}
+        self.late: dict[Path, float] = {}
         self.cut: dict[Path, str] = {}
         self.ground: Georeference | None = None
         self.points: PointFile | None = None
@@ -281,7 +284,20 @@ class _Judge:
             for doubt in table.doubts
         ]
         files += self.map_files.doubts.items()
-        return [*files, *lost, *short, *flat, *self.cut.items(), *_left_out(settings), *_far_out(settings)]
+        late = [
+            (path, f"{100 * share:.2g} % of the volume come in after the end of the run, and are left out")
+            for path, share in self.late.items()
+        ]
+        return [
+            *files,
+            *lost,
+            *short,
+            *flat,
+            *late,
+            *self.cut.items(),
+            *_left_out(settings),
+            *_far_out(settings),
+        ]
 
     def _points(self, settings: Settings) -> list[Problem]:
         """Read the file of a ``file`` layout, once, and list what is wrong with its points."""
@@ -299,7 +315,7 @@ class _Judge:
         return []
 
     def _hydrographs(self, settings: Settings) -> list[Problem]:
-        """Read the files of hydrographs, each once, and list what is wrong with them."""
+        """Read the files of hydrographs, each once, and list what is wrong with hydrographs."""
         problems: list[Problem] = []
         for i, inflow in enumerate(settings.inflow):
             if inflow.file is None:
@@ -307,16 +323,21 @@ class _Judge:
             table = self._read(inflow.file, ("inflow", i, "hydrograph", "file"), hydrograph_table.read)
             if isinstance(table, list):
                 problems += table
-                continue
-            self.hydrographs[inflow.file] = table
-            start = float(table.hydrograph.times[0])
-            if settings.domain is not None and start >= settings.latest_end:
-                found = (
-                    f"expected a hydrograph that begins before the end of the run, {settings.latest_end:g} s"
-                )
-                problems.append(
-                    Problem(("inflow", i, "hydrograph"), f"{found}, found one from {start:g} s on")
-                )
+            else:
+                self.hydrographs[inflow.file] = table
+        unread = any(name not in self.hydrographs for name in settings.hydrograph_files)
+        if unread or (settings.domain is None and settings.time.end is None):
+            return problems
+        end = settings.latest_end
+        for i, made in enumerate(solver_objects.inflows(settings, self.hydrographs)):
+            path: Path = ("inflow", i, "hydrograph")
+            whole, start = float(made.hydrograph.volumes[-1]), float(made.hydrograph.times[0])
+            late = 1.0 - made.hydrograph.volume_until(end) / whole
+            if late >= 1.0:
+                found = f"expected a hydrograph that begins before the end of the run, {end:g} s"
+                problems.append(Problem(path, f"{found}, found one from {start:g} s on"))
+            elif late > ROUND_OFF:
+                self.late[path] = max(self.late.get(path, 0.0), late)
         return problems
 
     def _table(self, settings: Settings) -> list[Problem]:

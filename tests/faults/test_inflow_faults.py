@@ -170,3 +170,11 @@ def test_a_table_is_part_of_its_scenario(tmp_path):
         digests.append(load([tmp_path / "a.yaml"])[0].digest)
     assert digests[0] != digests[1]
     assert digests[0] == digests[2]
+
+
+def test_what_comes_in_after_the_end_is_warned_of(tmp_path):
+    (tmp_path / "q.csv").write_text("time,discharge\n0,1\n80,1\n")
+    (tmp_path / "a.yaml").write_text(BASE + INFLOW)
+    (scenario,) = load([tmp_path / "a.yaml"])
+    (warning,) = scenario.warnings
+    assert "inflow.0.hydrograph: 25 % of the volume come in after the end of the run" in warning
