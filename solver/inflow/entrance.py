@@ -109,7 +109,7 @@ def depth_at_start(
     inflows: Sequence[Inflow],
     lattice: Lattice,
     terrain: Terrain | Surface,
-    friction: Coulomb,
+    friction: Friction,
     gravity: float,
     until: float,
 ) -> Array:

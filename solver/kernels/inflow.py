@@ -12,7 +12,7 @@ import numpy as np
 
 from solver.arrays import Array, Indices
 from solver.compiled import kernel
-from solver.kernels.hydrographs import (
+from solver.inflow.hydrograph_kernels import (
     Hydrographs,
     depth_of,
     next_flow,

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from solver.arrays import Array, Indices
 from solver.inflow.entrance import Entrance
+from solver.inflow.hydrograph_kernels import Hydrographs
 from solver.inflow.placement import Placed
-from solver.kernels.hydrographs import Hydrographs
 from solver.kernels.inflow import HIGH_X, HIGH_Y, LOW_X, LOW_Y, Inflows
 from solver.kernels.sections import Sections
 from solver.kernels.state import GHOSTS

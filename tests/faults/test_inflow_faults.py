@@ -52,7 +52,7 @@ def refused(tmp_path):
         (
             "friction_coefficient: 0.1, turbulent_friction: 300",
             "bed_friction: 8",
-            "a.yaml:8:27: inflow.0.section: expected froude or speed at inflow apex, as friction that does not grow with speed has no normal depth",
+            "a.yaml:8:27: inflow.0.section: expected froude or speed at inflow apex, as there is no normal depth with this law of friction",
         ),
         (
             "angle: 15",
