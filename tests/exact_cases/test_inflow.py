@@ -10,6 +10,7 @@ import solver
 from solver.inflow.conditions import DEPTHS, resistance_of, uniform_speed
 from solver.inflow.entrance import entrance
 from solver.physics.constants import GRAVITY as G
+from solver.physics.friction import Bingham, Chezy, Manning, OBrien
 from solver.verification.inflow_cases import fed, front_errors, front_exact, steady_errors, voellmy
 
 RISE = solver.Hydrograph(np.array([0.0, 5.0, 20.0]), np.array([0.0, 10.0, 0.0]))
@@ -46,6 +47,27 @@ def test_normal_depth(discharge, slope, coefficient, turbulent_friction, depth, 
     assert found == pytest.approx(depth, rel=1e-5)
     wave = np.sqrt(G * np.cos(np.radians(slope)) * found)
     assert discharge / found / wave == pytest.approx(froude, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("slope", "friction", "speed", "close"),
+    [
+        (5, Manning(manning_n=0.05), 9.37270, 1e-5),
+        (5, Chezy(chezy_coefficient=float(np.sqrt(500))), 9.33572, 1e-5),
+        (10, OBrien(density=2000, yield_stress=1000, viscosity=100, manning_n=0.05), 10.4449, 1e-4),
+    ],
+)
+def test_normal_depth_by_other_laws(slope, friction, speed, close):
+    """Terminal speeds of 2 m: those of sums of powers are between two depths of a table."""
+    scene = fed(slope, friction, 2 * speed, depth="normal")
+    made = entrance(scene.inflows[0], scene.points, scene.terrain, friction, G)
+    assert made.rating.depth(2 * speed) == pytest.approx(2.0, rel=close)
+
+
+def test_a_law_without_a_normal_depth_is_refused():
+    scene = fed(10, Bingham(density=2000, yield_stress=1000, viscosity=100), 5, depth="normal")
+    with pytest.raises(ValueError, match="no normal depth with this law"):
+        solver.simulate(scene, [0, 1])
 
 
 def test_uniform_speed_is_found_from_the_resistance_alone():
