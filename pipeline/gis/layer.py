@@ -27,8 +27,8 @@ class Layer:
 
     name : of its files. title, units : for people. kind : what its values are. values : by bound, over y and
     x; a time has no bounds, an emulated share has its error in their place. quantity : what is mapped, by
-    which `pipeline.gis.symbology` knows its classes. threshold : what is exceeded, in ``threshold_units``. largest : value up to which the legend goes, where
-    it is one with that of another map.
+    which `pipeline.gis.symbology` knows its classes. threshold : what is exceeded, in ``threshold_units``.
+    largest : value up to which the legend goes, where it is one with that of another map.
     """
 
     name: str
