@@ -10,6 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from solver.forms import prepare as prepare
+    from solver.inflow.conditions import Inflow as Inflow
+    from solver.inflow.conditions import Section as Section
+    from solver.inflow.hydrograph import Hydrograph as Hydrograph
+    from solver.inflow.hydrograph import Triangle as Triangle
     from solver.parameters import ParameterError as ParameterError
     from solver.physics.earth_pressure import Isotropic as Isotropic
     from solver.physics.earth_pressure import MohrCoulomb as MohrCoulomb
@@ -60,6 +64,8 @@ if TYPE_CHECKING:
 
 _PLACES = {
     "solver.forms": ("prepare",),
+    "solver.inflow.conditions": ("Inflow", "Section"),
+    "solver.inflow.hydrograph": ("Hydrograph", "Triangle"),
     "solver.parameters": ("ParameterError",),
     "solver.physics.elevation": ("ElevationModel",),
     "solver.physics.earth_pressure": ("Isotropic", "MohrCoulomb"),

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from solver.arrays import Array
 from solver.kernels import runge_kutta
 
@@ -34,8 +36,9 @@ class Failure:
 class Ledger:
     """Volumes in m3.
 
-    released, in and out through all sides, now in the domain, out through open sides; entrained by the flow,
-    and eroded from the bed, which are one volume counted on either side.
+    released, in and out, now in the domain, out through open sides; entrained by the flow, and eroded from
+    the bed, which are one volume counted on either side. In is what came through sides and with inflows, out
+    what left through all sides.
     """
 
     released: float
@@ -63,6 +66,33 @@ class Ledger:
 
 
 @dataclass(frozen=True)
+class SectionResult:
+    """What passed the sections of a run, in the order of its scene.
+
+    times : (nt,) of the samples, s. volume : (n, nt), net volume that has passed by then, m3, NaN after a
+    failure. arrival : (n,), when one of the cells below a section was first deeper than the arrival depth, s,
+    NaN where not.
+    """
+
+    times: Array
+    volume: Array
+    arrival: Array
+
+    @property
+    def discharge(self) -> Array:
+        """Mean discharge since the sample before, shape (n, nt), m3 s-1; 0 at the first."""
+        steps = np.diff(self.times, prepend=self.times[:1] - 1.0)
+        return np.diff(self.volume, axis=1, prepend=self.volume[:, :1]) / steps
+
+    @property
+    def peak(self) -> tuple[Array, Array]:
+        """Largest mean discharge between two samples, m3 s-1, and the end of that time, s, both (n,)."""
+        found = np.nan_to_num(self.discharge, nan=-np.inf)
+        at = found.argmax(axis=1)
+        return found[np.arange(len(at)), at], self.times[at]
+
+
+@dataclass(frozen=True)
 class Result:
     """What a run gives; arrays are float64, a frame never computed is NaN.
 
@@ -73,10 +103,11 @@ class Result:
     time : of the last good state, s. rest_time : s, NaN if still moving. steps : time steps taken to
     there. cell_stages : cells updated, summed over stages. wall_time, cpu_time : s, of the time loop.
     moving_volume : m3 that is faster than a Froude number of `solver.simulation.MOVING` by the largest depth
-    at the start, or held at a side, in the last good state.
+    at the start, held at a side or given by an inflow, in the last good state.
     entrained : (nt,) volume that the flow has taken up from the bed by the frames, m3. erosion_depth : depth
     that was eroded normal to the bed, of the shape of the points, m. bed_change : change of the elevation of
     the ground, the deposit less what was eroded, measured vertically, m. None without an erodible bed.
+    sections : what passed the scene's sections, None without.
     """
 
     times: Array
@@ -100,3 +131,4 @@ class Result:
     entrained: Array | None = None
     erosion_depth: Array | None = None
     bed_change: Array | None = None
+    sections: SectionResult | None = None

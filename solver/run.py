@@ -10,15 +10,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.arrays import Array
+from solver.inflow.entrance import Entrance, entrance
+from solver.inflow.placement import Placed, place
 from solver.kernels.erosion import Erosion, no_erosion
 from solver.kernels.record import Record
 from solver.kernels.runge_kutta import AT_REST, OUT_OF_STEPS, Limits, Progress
+from solver.kernels.sections.inflow import Inflows, no_inflows
+from solver.kernels.sections.measured import Sections, no_sections
 from solver.kernels.state import DEPTH, NO_SLIP, OPEN, WALL, Fields, Material, Sides
 from solver.physics.earth_pressure import MohrCoulomb
 from solver.physics.elevation import Surface
 from solver.physics.friction import Coulomb
 from solver.physics.resistance import area_weighted
-from solver.scene import Scene
+from solver.points.lattice import Lattice
+from solver.scene import Collocation, Scene
 
 Carried = Mapping[str, NDArray[Any]]
 # A step is collapsed that is this much shorter than the run, or than ten times a free fall along the domain:
@@ -28,6 +33,8 @@ SHORTEST_STEP, FALLS = 1e-7, 10
 LULL_STEPS, LULL = 1000, 1e-12
 # What the compiler takes equally long for: all that goes before the stages of a step, and a stage.
 PIECES = 2
+# what sections carry on from step to step
+_MEASURED = ("volume", "series", "last", "taken")
 KINDS = {"open": OPEN, "wall": WALL, "no-slip": NO_SLIP}
 
 
@@ -64,13 +71,19 @@ class Run(ABC):
     record: Record
     erosion: Erosion
     rest_volume: float
+    inflows: Inflows
+    sections: Sections
 
     def __init__(self, scene: Scene, depth: Array, end: float, arrival_depth: float, indices: int) -> None:
         self.scene, self.end, self.arrival_depth = scene, end, arrival_depth
         fall = np.sqrt(max(np.ptp(side) for side in scene.points.extent) / scene.gravity)
         self.shortest_step = SHORTEST_STEP * min(end, FALLS * float(fall))
         self.sides = sides_of(scene)
-        self.material = material_of(scene, depth, self.sides)
+        self.entrances, self.gauges = entrances_of(scene), gauges_of(scene)
+        self.inflows, self.sections = no_inflows(), no_sections()
+        deepest = max((each.largest_depth(end) for each in self.entrances), default=0.0)
+        self.deepest = max(float(depth.max()), float(self.sides.depth.max()), deepest)
+        self.material = material_of(scene, self.deepest)
         self.progress = Progress(
             np.zeros(1),
             np.zeros(1, np.int64),
@@ -90,7 +103,8 @@ class Run(ABC):
         most, steps = np.iinfo(np.int64).max if max_steps is None else max_steps, self.progress.steps
         while True:
             # what velocities there are may be balanced at walls and move nothing, for ever
-            if steps[0] % LULL_STEPS == 0 and steps[0] > self.lull.steps[0] and self._lulled():
+            look = steps[0] % LULL_STEPS == 0 and steps[0] > self.lull.steps[0]
+            if look and self.time >= self.inflows.until[0] and self._lulled():
                 return AT_REST
             outcome = self._advance(target, min(most, (int(steps[0]) // LULL_STEPS + 1) * LULL_STEPS))
             if outcome != OUT_OF_STEPS or steps[0] >= most:
@@ -143,11 +157,20 @@ class Run(ABC):
         return self.progress.ledger
 
     @property
+    def come_in(self) -> float:
+        """Volume that has come in through sections, m3."""
+        return float(self.inflows.entered.sum())
+
+    @property
     def carried(self) -> dict[str, NDArray[Any]]:
         """The arrays themselves, by name, that a step takes over from the one before."""
         own = by_name(now=self.now, record=self.record, progress=self.progress, lull=self.lull)
         if self.scene.erodible_bed is not None:
             own |= {"erosion.eroded": self.erosion.eroded, "erosion.entrained": self.erosion.entrained}
+        if self.entrances:
+            own["inflows.entered"] = self.inflows.entered
+        if self.gauges:
+            own |= {f"sections.{name}": getattr(self.sections, name) for name in _MEASURED}
         return own
 
     def restore(self, carried: Carried) -> None:
@@ -359,8 +382,54 @@ def zoned_parameters(scene: Scene) -> Array | None:
     return area_weighted(scene.friction.resistance(scene.gravity), parts)
 
 
-def material_of(scene: Scene, depth: Array, sides: Sides) -> Material:
-    """Give friction, earth pressure and wet limit to the kernels; ``depth`` is the initial one, m.
+def entrances_of(scene: Scene) -> tuple[Entrance, ...]:
+    """Place the inflows of a scene.
+
+    Raises
+    ------
+    ValueError
+        If one cannot be placed or a building stands there, beside what `lattice_of` refuses.
+    """
+    if not scene.inflows:
+        return ()
+    about = lattice_of(scene), scene.terrain, scene.friction, scene.gravity
+    found = tuple(entrance(each, *about) for each in scene.inflows)
+    if scene.buildings is not None and any(each.placed.meets(scene.buildings) for each in found):
+        raise ValueError("no building can stand at the section of an inflow")
+    return found
+
+
+def gauges_of(scene: Scene) -> tuple[Placed, ...]:
+    """Place the sections of a scene that discharge is measured at.
+
+    Raises
+    ------
+    ValueError
+        If one lies outside the lattice, beside what `lattice_of` refuses.
+    """
+    if not scene.sections:
+        return ()
+    lattice = lattice_of(scene)
+    return tuple(place(each.line, lattice, scene.terrain, scene.gravity) for each in scene.sections)
+
+
+def lattice_of(scene: Scene) -> Lattice:
+    """Give the lattice that sections are placed on.
+
+    Raises
+    ------
+    ValueError
+        If the scene has none, or is of the collocation form.
+    """
+    if not isinstance(scene.points, Lattice) or isinstance(scene.scheme, Collocation):
+        raise ValueError("inflow and sections take the weighted-residual form on a lattice")
+    return scene.points
+
+
+def material_of(scene: Scene, deepest: float) -> Material:
+    """Give friction, earth pressure and wet limit to the kernels.
+
+    deepest : largest depth at the start, at a side, or that comes in, m.
 
     Raises
     ------
@@ -371,7 +440,7 @@ def material_of(scene: Scene, depth: Array, sides: Sides) -> Material:
         raise ValueError("mohr-coulomb earth pressure goes with coulomb and voellmy friction alone")
     if isinstance(scene.earth_pressure, MohrCoulomb) and scene.zones:
         raise ValueError("mohr-coulomb earth pressure takes one friction angle, and no zones")
-    dry = scene.scheme.wet_limit * max(depth.max(), sides.depth.max())
+    dry = scene.scheme.wet_limit * deepest
     pressure = scene.earth_pressure
     return Material(
         scene.friction.resistance(scene.gravity),

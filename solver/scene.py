@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Literal, Protocol
 
@@ -9,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.arrays import Array
+from solver.inflow.conditions import Inflow, Section
 from solver.physics.constants import GRAVITY
 from solver.physics.earth_pressure import EarthPressure, Isotropic
 from solver.physics.elevation import Surface
@@ -19,7 +21,16 @@ from solver.points.cloud import PointCloud
 from solver.points.lattice import Lattice
 from solver.scheme import Collocation, Scheme, WeightedResidual
 
-__all__ = ["Boundaries", "Collocation", "Scene", "Scheme", "Side", "WeightedResidual"]
+__all__ = [
+    "Boundaries",
+    "Collocation",
+    "Inflow",
+    "Scene",
+    "Scheme",
+    "Section",
+    "Side",
+    "WeightedResidual",
+]
 
 Side = Literal["open", "wall", "no-slip"] | float
 
@@ -80,6 +91,8 @@ class Scene:
     zones : with a law of friction of their own, which do not overlap.
     buildings : whether a cell of a lattice is a building, which nothing flows through, (ny, nx); None where
     there is none.
+    inflows : hydrographs through sections. sections, section_times : where discharge is measured, and the
+    times of its samples, s, increasing. Both take the weighted-residual form on a lattice.
     """
 
     points: Lattice | PointCloud
@@ -96,6 +109,9 @@ class Scene:
     erodible_bed: ErodibleBed | None = None
     zones: tuple[Zone, ...] = ()
     buildings: NDArray[np.bool_] | None = None
+    inflows: tuple[Inflow, ...] = ()
+    sections: tuple[Section, ...] = ()
+    section_times: Sequence[float] | Array = ()
 
     @property
     def least_coefficient(self) -> float:

@@ -15,12 +15,13 @@ CFL = Parameter(
     advice="Leave it; a smaller number takes more time steps.",
 )
 WET_LIMIT = Parameter(
-    meaning="depth up to which a cell counts as dry and does not move, as part of the largest initial depth",
+    meaning="depth up to which a cell counts as dry and does not move, as part of the largest depth that is "
+    "released, held at a side or comes in",
     above=0,
     below=1,
 )
 REST_SHARE = Parameter(
-    meaning="share of the released volume that may still move in a run that counts as at rest",
+    meaning="share of the volume released and to come in that may still move in a run that counts as at rest",
     at_least=0,
     below=1,
 )

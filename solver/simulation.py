@@ -11,7 +11,7 @@ from solver.checkpoint import Keeper, Watch
 from solver.forms import begin
 from solver.kernels import runge_kutta
 from solver.kernels.state import OPEN
-from solver.result import REASONS, Failure, Ledger, Result
+from solver.result import REASONS, Failure, Ledger, Result, SectionResult
 from solver.run import Run
 from solver.scene import Scene
 
@@ -119,7 +119,7 @@ def simulate(
         deposit,
         Ledger(
             released,
-            float(came.sum()),
+            float(came.sum()) + run.come_in,
             float(left.sum()),
             run.volume,
             float(through_open),
@@ -134,15 +134,35 @@ def simulate(
         cpu,
         failure,
         moving_volume(run),
-        *((entrained, eroded, run.steepness * (deposit - eroded)) if erodes else ()),
+        entrained if erodes else None,
+        eroded if erodes else None,
+        run.steepness * (deposit - eroded) if erodes else None,
+        measured(run, failure is not None),
     )
 
 
+def measured(run: Run, failed: bool) -> SectionResult | None:
+    """Give what passed the sections of a run; None where it has none. Nothing passes once a run rests."""
+    if not run.gauges:
+        return None
+    record, times = run.sections, np.asarray(run.scene.section_times, np.float64)
+    volume, taken = record.series.T.copy(), int(record.taken[0])
+    if not failed:
+        volume[:, taken:] = record.volume[:, None]
+    arrival = run.maxima.arrival
+    reached = []
+    for gauge in run.gauges:
+        row, column = gauge.downstream
+        inside = (row >= 0) & (row < arrival.shape[0]) & (column >= 0) & (column < arrival.shape[1])
+        found = arrival[row[inside], column[inside]]
+        reached.append(float(np.nanmin(found)) if np.isfinite(found).any() else np.nan)
+    return SectionResult(times, volume, np.array(reached))
+
+
 def moving_volume(run: Run) -> float:
-    """Volume, m3, that is faster than ``MOVING sqrt(g h)``, h the largest depth at the start or at a side."""
+    """Volume, m3, faster than ``MOVING sqrt(g h)``, h the largest depth at the start, a side or an inflow."""
     h, u, v = run.state
-    deepest = max(float(np.max(run.scene.depth)), float(run.sides.depth.max()))
-    fast = np.hypot(u, v) > MOVING * np.sqrt(run.scene.gravity * deepest)
+    fast = np.hypot(u, v) > MOVING * np.sqrt(run.scene.gravity * run.deepest)
     return float((np.maximum(h, 0.0) * run.cell_area)[fast].sum())
 
 

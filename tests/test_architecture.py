@@ -17,7 +17,7 @@ FORMS = ("solver.lattice", "solver.cloud", "solver.collocation")
 # from the bottom up: each imports from those before it alone
 LAYERS = (
     "emulator",
-    *("solver.physics", "solver.points", "solver.release", "solver.lmls", "solver.kernels"),
+    *("solver.physics", "solver.points", "solver.release", "solver.inflow", "solver.lmls", "solver.kernels"),
     *(FORMS, "solver.surface", "solver.checks", "solver.verification"),
     *(
         "pipeline.mistakes",

@@ -25,6 +25,7 @@ from pipeline.assess.ensemble import (
 from pipeline.assess.frames import mean_spacing, on_surface, space, threshold_of
 from pipeline.assess.probability import Bounded, Values, in_words
 from pipeline.assess.receptors import reached
+from pipeline.assess.sections import passed
 from pipeline.scenario.scenario import stored
 from pipeline.store import run_table
 from pipeline.store.place import LEVEL, store_path, store_paths
@@ -63,7 +64,8 @@ def assess(out: Location) -> dict[str, pd.DataFrame]:
     dict of str to DataFrame
         ``runs``, a row a run; ``scenarios``, quantiles of each quantity; ``runout-exceedance``, the
         probability that the run-out is longer than a distance; ``receptors``, a row a receptor;
-        ``receptor-periods``, a row a receptor and return period; ``receptor-runs``, a row a receptor and run.
+        ``receptor-periods``, a row a receptor and return period; ``receptor-runs``, a row a receptor and run;
+        ``sections``, a row a run and section.
         Numbers over runs have bounds and the runs behind them.
 
     Raises
@@ -99,6 +101,7 @@ def assess(out: Location) -> dict[str, pd.DataFrame]:
                 for row in receptors_by_period(store, rows)
             ),
             "receptor-runs": pd.concat(by_run, ignore_index=True),
+            "sections": pd.concat([passed(store) for store in stores], ignore_index=True),
         }
     finally:
         for store in (*stores, *filter(None, finest)):

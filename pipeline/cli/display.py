@@ -100,7 +100,7 @@ def _rows(table: pd.DataFrame, width: int) -> Table:
             [text(row[quantity], error=quantity == ERROR) for row in rows],
             {"justify": "right", **whole},
         )
-        for quantity in SHOWN
+        for quantity in _shown(table)
     ]
     if swept:
         one_line, lines = (
@@ -112,6 +112,16 @@ def _rows(table: pd.DataFrame, width: int) -> Table:
         columns.append(lines)
     count = next((n for n in range(len(values), 1, -1) if _fits(_table([*columns, *values[:n]]), width)), 1)
     return _table([*columns, *values[:count]])
+
+
+def _shown(table: pd.DataFrame) -> list[str]:
+    """List the quantities to be shown: what came in where something did, without what was not released."""
+    found = list(SHOWN)
+    if (table["volume_in"] > 0).any():
+        found.insert(found.index("volume_released") + 1, "volume_in")
+        if not (table["volume_released"] > 0).any():
+            found.remove("volume_released")
+    return found
 
 
 def _parameters(rows: Sequence[Mapping[Hashable, Any]], swept: Sequence[str], between: str) -> list[str]:

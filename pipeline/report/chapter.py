@@ -24,7 +24,7 @@ from pipeline.hazard.map_files import ground
 from pipeline.hazard.mapping import WHOLE
 from pipeline.hazard.pictures import draw, draw_location
 from pipeline.report.explorer import explorer
-from pipeline.report.figures import animation, runout_curve
+from pipeline.report.figures import animation, hydrographs, runout_curve
 from pipeline.report.findings import findings, sheets
 from pipeline.report.inputs import inputs, method
 from pipeline.report.section import section
@@ -68,6 +68,7 @@ class Chapter:
     has_periods: bool = False
     section: Picture | None = None
     curve: Picture | None = None
+    hydrographs: Picture | None = None
     motion: Picture | None = None
     tables: Sequence[Table] = ()
     sheets: Sequence[Table] = ()
@@ -106,6 +107,7 @@ def of_scenario(
     if shown is not None and shown < store.sizes["run"]:
         motion = animation(store, shown, placed, found)
     curve, cut = runout_curve(store), section(store, found, settings.hazard)
+    discharge = hydrographs(store)
     first, others = _maps(found, placed)
     tables = [make(store) for make in TABLES]
     tables[1:1] = [what_matters(indices_path(out), name), *emulated_tables(emulated)]
@@ -124,6 +126,7 @@ def of_scenario(
         has_periods="return_period" in store.variables,
         section=None if cut is None else Picture("longitudinal section", _uri(cut, "png"), SECTION),
         curve=None if curve is None else Picture("run-out", _uri(curve, "png")),
+        hydrographs=None if discharge is None else Picture("discharge at sections", _uri(discharge, "png")),
         motion=None if motion is None else Picture(f"run {shown} in motion", _uri(motion, "webp")),
         tables=[table for table in tables if table is not None],
         sheets=sheets(store),

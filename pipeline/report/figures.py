@@ -16,7 +16,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 from PIL import Image
 
-from pipeline.assess.ensemble import counts, events_per_year
+from pipeline.assess.ensemble import computed, counts, events_per_year
 from pipeline.assess.frames import bed, mean_spacing
 from pipeline.assess.georeference import Frame
 from pipeline.assess.gridding import gridded
@@ -27,6 +27,8 @@ from pipeline.gis.symbology import of_values
 from pipeline.hazard.map_panel import keep_apart, mark_places, scale_bar
 
 CURVE_POINTS = 400
+# runs that are drawn one by one; and the part of the largest discharge after which nothing flows any more
+FEW_RUNS, FLOWS = 12, 1e-2
 FRAMES = 40
 GIF_COLOURS = 128
 # above every depth
@@ -76,6 +78,56 @@ def runout_curve(store: xr.Dataset) -> bytes | None:
     axes.grid(alpha=0.3)
     axes.legend(frameon=False, loc="upper right")
     axes.set_title(f"{store.attrs['title']}\n{counts(store)}", fontsize="medium", loc="left")
+    held = BytesIO()
+    figure.savefig(held, format="png", bbox_inches="tight")
+    return held.getvalue()
+
+
+def hydrographs(store: xr.Dataset) -> bytes | None:
+    """Draw the discharge of every run at each section over time, as PNG; None where there is none.
+
+    Many runs are drawn as the median and the ranges that hold half and nine tenths of them.
+
+    Parameters
+    ----------
+    store : Dataset
+        A scenario's store.
+    """
+    if "section_discharge" not in store:
+        return None
+    found = store["section_discharge"].isel(run=np.flatnonzero(computed(store)))
+    if not found.size or not np.nanmax(found.to_numpy()) > 0:
+        return None
+    names, time = found["section"].to_numpy(), found["section_time"].to_numpy()
+    moving = (np.abs(found.to_numpy()) > FLOWS * np.nanmax(found.to_numpy())).any(axis=(0, 1))
+    last = min(int(np.flatnonzero(moving)[-1]) + 2, len(time))
+    figure = Figure(figsize=(WIDTH, 1.0 + 2.2 * len(names)), layout="compressed", dpi=150)
+    panels = figure.subplots(len(names), sharex=True, squeeze=False)[:, 0]
+    for axes, name in zip(panels, names, strict=True):
+        lines = found.sel(section=name).to_numpy()[:, :last]
+        if len(lines) <= FEW_RUNS:
+            for line in lines:
+                axes.plot(time[:last], line, color=colormaps[COLOURS](0.8), linewidth=1.2)
+        else:
+            low, lower, middle, upper, high = np.quantile(lines, (0.05, 0.25, 0.5, 0.75, 0.95), axis=0)
+            axes.fill_between(
+                time[:last],
+                low,
+                high,
+                color=colormaps[COLOURS](0.25),
+                linewidth=0,
+                label="nine tenths of the runs",
+            )
+            axes.fill_between(
+                time[:last], lower, upper, color=colormaps[COLOURS](0.5), linewidth=0, label="half of them"
+            )
+            axes.plot(time[:last], middle, color=colormaps[COLOURS](0.95), linewidth=1.4, label="median")
+            axes.legend(frameon=False, loc="upper right", fontsize="small")
+        axes.set_title(str(name), fontsize="medium", loc="left")
+        axes.set_ylabel("discharge (m3/s)")
+        axes.set_xlim(0, time[last - 1])
+        axes.grid(alpha=0.3)
+    panels[-1].set_xlabel("time (s)")
     held = BytesIO()
     figure.savefig(held, format="png", bbox_inches="tight")
     return held.getvalue()

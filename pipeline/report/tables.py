@@ -15,6 +15,7 @@ from pipeline.assess import tables
 from pipeline.assess.ensemble import computed, counts
 from pipeline.assess.probability import BOUNDS
 from pipeline.assess.receptors import reached
+from pipeline.assess.sections import passed
 from pipeline.assess.tables import receptors as table_receptors
 from pipeline.emulation.emulate import Emulated
 from pipeline.emulation.errors import NotEmulatedError
@@ -29,6 +30,10 @@ RECEPTOR_HEAD = (
     *("receptor", "probability", "of runs", "median depth (m)", "largest depth (m)"),
     *("largest speed (m/s)", "largest pressure (kPa)", "first arrival (s)"),
 )
+AT_SECTIONS = (
+    "Net volume in the direction of the flow by the end of the run; the peak is the largest mean discharge "
+    "between two samples, and arrival is when the flow was first deeper than the threshold below the section."
+)
 # begins a cell that is shown in grey
 FAINT = "\u2009"
 COLUMNS = {variable.name: variable for variable in PER_RUN}
@@ -42,6 +47,32 @@ class Table:
     head: Sequence[str]
     rows: Sequence[Sequence[str]]
     note: str = ""
+
+
+def sections(store: xr.Dataset) -> Table | None:
+    """Table what passed each section: run by run, or of many runs the least, the median and the largest."""
+    found = passed(store)
+    if not len(found):
+        return None
+    names = ("volume", "peak_discharge", "peak_time", "arrival_time")
+    head = ["section", "volume (m3)", "peak discharge (m3/s)", "peak at (s)", "arrival (s)"]
+    if len(found) <= MOST_ROWS:
+        rows = [
+            [
+                str(row["run"]),
+                str(row["status"]).replace("_", " "),
+                str(row["section"]),
+                *(number(row[n]) for n in names),
+            ]
+            for row in found.to_dict("records")
+        ]
+        return Table("Sections", ["run", "status", *head], rows, AT_SECTIONS)
+    rows = [
+        [word, str(section), *(number(getattr(held[name], how)()) for name in names)]
+        for section, held in found.groupby("section", sort=False)
+        for word, how in (("least", "min"), ("median", "median"), ("largest", "max"))
+    ]
+    return Table("Sections", ["of runs", *head], rows, AT_SECTIONS)
 
 
 def volume_ledger(store: xr.Dataset) -> Table | None:
@@ -262,6 +293,7 @@ TABLES: tuple[Callable[[xr.Dataset], Table | None], ...] = (
     receptors,
     receptor_periods,
     quantiles,
+    sections,
     volume_ledger,
     failures,
 )

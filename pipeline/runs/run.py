@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from pipeline.inputs.elevation_table import ElevationTable
-    from pipeline.scenario.solver_objects import Outlines
+    from pipeline.scenario.solver_objects import Hydrographs, Outlines
     from pipeline.scenario.sweep import Value
     from pipeline.settings.settings import Settings
 
@@ -20,7 +20,7 @@ class Run:
     parameters : varied values by coordinate name, in the order of the design; empty for a single run.
     settings : complete settings of this run, without what is said of all runs.
     table : the elevation table of a ``table`` terrain, else None. outlines : polygons of the releases on an
-    elevation model, by file and layer.
+    elevation model, by file and layer. hydrographs : those of files, by name.
     """
 
     index: int
@@ -28,3 +28,4 @@ class Run:
     settings: Settings
     table: ElevationTable | None = None
     outlines: Outlines | None = None
+    hydrographs: Hydrographs = field(default_factory=dict)

@@ -25,6 +25,7 @@ class Runs(Sequence[Run]):
 
     def __init__(self, scenario: Scenario) -> None:
         self.tables, self.ground = scenario.tables, scenario.ground
+        self.hydrographs = scenario.hydrographs
         self.design = design(scenario.settings)
         self._data = {name: value for name, value in scenario.data.items() if name not in OF_ALL_RUNS}
         if scenario.settings.domain is not None:
@@ -52,7 +53,8 @@ class Runs(Sequence[Run]):
         settings = Settings.model_validate(changed)
         table = self.tables.get(settings.table_file or "")
         polygons = None if self.ground is None else of_run(settings, self.ground.outlines)
-        return Run(index, self.parameters(index), settings, table, polygons)
+        graphs = {name: self.hydrographs[name] for name in settings.hydrograph_files}
+        return Run(index, self.parameters(index), settings, table, polygons, graphs)
 
     def parameters(self, index: int) -> dict[str, Value]:
         """Varied values of a run by coordinate name."""

@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 from pipeline.runs.run import Run
 from pipeline.runs.shared_points import SharedPoints
 from pipeline.scenario import solver_objects, structures
+from solver.inflow.entrance import depth_at_start
+from solver.points.lattice import Lattice
 
 if TYPE_CHECKING:
     from pipeline.settings.settings import GivenDepth, KindOfSide, Settings
@@ -31,6 +33,7 @@ DEFAULT_FRAMES = 10
 EARLY = 0.01
 DEFAULT_THRESHOLD = 0.01
 _ROUND_OFF = 1e-9
+SAMPLES_PER_FRAME, MOST_SAMPLES = 10, 1_000_000
 
 
 @dataclass(frozen=True)
@@ -43,6 +46,7 @@ class Prepared:
     stop_at_rest : argument of ``simulate``.
     volume_asked, volume_laid, volume_lost : m3; the release as written, as laid on the points, and the
     part of it that lies outside the domain.
+    origin : depth of the release, and of what comes in at its section, where the flow is counted from, m.
     """
 
     scene: Scene
@@ -53,6 +57,7 @@ class Prepared:
     volume_asked: float
     volume_laid: float
     volume_lost: float
+    origin: NDArray[np.float64]
 
 
 def output_times(settings: Settings) -> NDArray[np.float64]:
@@ -66,6 +71,14 @@ def output_times(settings: Settings) -> NDArray[np.float64]:
     every = settings.time.output_every or end / DEFAULT_FRAMES
     # a multiple that misses the end by round-off is the end
     whole = int(np.ceil(end / every * (1 - _ROUND_OFF)))
+    return np.array([*(every * np.arange(whole)), end])
+
+
+def section_times(settings: Settings) -> NDArray[np.float64]:
+    """Give the times of samples at sections 0, every, 2 every, ... and the end, shape (n,), s."""
+    end, frames = settings.latest_end, output_times(settings)
+    every = settings.output.section_every or float(frames[1] - frames[0]) / SAMPLES_PER_FRAME
+    whole = min(int(np.ceil(end / every * (1 - _ROUND_OFF))), MOST_SAMPLES)
     return np.array([*(every * np.arange(whole)), end])
 
 
@@ -98,18 +111,26 @@ def build_scene(run: Run, shared: SharedPoints) -> Prepared:
         zones=solver_objects.zones(settings, points, run.outlines),
         erodible_bed=solver_objects.erodible_bed(settings, points, terrain, run.outlines, shared.depths),
         buildings=structures.buildings(settings, points, run.outlines),
+        inflows=solver_objects.inflows(settings, run.hydrographs),
+        sections=solver_objects.sections(settings),
+        section_times=section_times(settings) if settings.sections else (),
     )
+    origin = laid.depth
+    if scene.inflows:
+        assert isinstance(points, Lattice)
+        origin = depth_at_start(
+            laid.depth, scene.inflows, points, terrain, friction, settings.gravity, settings.latest_end
+        )
     return Prepared(
         scene=scene,
         terrain=terrain,
         times=output_times(settings),
-        threshold=settings.output.threshold
-        or shared.threshold
-        or DEFAULT_THRESHOLD * float(laid.depth.max()),
+        threshold=settings.output.threshold or shared.threshold or DEFAULT_THRESHOLD * float(origin.max()),
         stop_at_rest=settings.time.stop_at_rest,
         volume_asked=laid.volume_asked,
         volume_laid=laid.volume,
         volume_lost=laid.volume_lost,
+        origin=origin,
     )
 
 

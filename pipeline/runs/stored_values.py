@@ -24,7 +24,7 @@ from solver.physics.elevation import ElevationModel, edges_of, lifted_area
 from solver.physics.terrain import SlopeProfile
 from solver.points.cloud import PointCloud
 from solver.points.lattice import Lattice
-from solver.result import OUT_OF_TIME, Failure, Result
+from solver.result import OUT_OF_TIME, Failure, Result, SectionResult
 
 
 def stored(
@@ -83,6 +83,18 @@ def warned() -> Iterator[list[str]]:
     told += [str(each.message) for each in caught]
 
 
+def at_sections(found: SectionResult) -> dict[str, Any]:
+    """Values of a run at its sections, by name of variable."""
+    peak, time = found.peak
+    return {
+        "section_volume": found.volume,
+        "section_discharge": found.discharge,
+        "section_peak_discharge": peak,
+        "section_peak_time": np.where(peak > 0, time, np.nan),
+        "section_arrival_time": found.arrival,
+    }
+
+
 def _told(failure: Failure, max_wall: float | None) -> str:
     """Reason, time and place of a failure in words."""
     reason = failure.reason + (f" ({max_wall:g} s)" if failure.reason == OUT_OF_TIME else "")
@@ -115,6 +127,8 @@ def _row(prepared: Prepared, result: Result, max_wall: float | None) -> dict[str
         "wall_time": result.wall_time,
         "cpu_time": result.cpu_time,
     }
+    if result.sections is not None:
+        row |= at_sections(result.sections)
     if result.failure is not None:
         return row | {
             "failure_reason": _told(result.failure, max_wall),
@@ -130,7 +144,7 @@ def _row(prepared: Prepared, result: Result, max_wall: float | None) -> dict[str
             points,
             profile["elevation"],
             profile["area"],
-            prepared.scene.depth,
+            prepared.origin,
             result.deposit_depth,
             result.max_depth,
             result.max_speed,
@@ -140,7 +154,7 @@ def _row(prepared: Prepared, result: Result, max_wall: float | None) -> dict[str
         points,
         profile["elevation"],
         profile["horizontal_distance"],
-        prepared.scene.depth,
+        prepared.origin,
         result.deposit_depth,
         result.max_depth,
         result.max_speed,

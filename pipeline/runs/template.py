@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.runs.runs import Runs
-from pipeline.runs.scene_of_run import Prepared, build_scene
+from pipeline.runs.scene_of_run import Prepared, build_scene, section_times
 from pipeline.runs.shared_points import SharedPoints
 from pipeline.runs.stored_values import profile_values
 from pipeline.scenario.design import return_periods, weights
@@ -21,6 +21,8 @@ from pipeline.store.layout import Template, group_size, run_bytes
 from pipeline.store.variables import (
     BUILDING,
     RETURN_PERIOD,
+    SECTION_COORDINATES,
+    SECTIONS,
     WEIGHT,
     Variable,
     coordinates,
@@ -41,8 +43,10 @@ def variables(scenario: Scenario) -> tuple[Variable, ...]:
     """Variables on ``run`` of a scenario's store; the profile joins them where the terrain is swept."""
     settings = scenario.settings
     cloud, erodible = not isinstance(settings.points, LatticePoints), settings.erodible_bed is not None
+    sections = SECTIONS if settings.sections else ()
     surface = scenario.ground is not None
-    return (*profile(scenario), *kept(list(settings.output.fields), cloud, surface, erodible))
+    fields = kept(list(settings.output.fields), cloud, surface, erodible)
+    return (*sections, *profile(scenario), *fields)
 
 
 def profile(scenario: Scenario) -> tuple[Variable, ...]:
@@ -71,6 +75,7 @@ def template(scenario: Scenario, runs: Runs, shared: SharedPoints) -> Template:
         x, y = points.coordinates
         known, sizes = {"x": x, "y": y, "area": points.cell_area}, {"point": len(points)}
     known |= profile_values(prepared) | {"time": times}
+    sections = section_coordinates(scenario)
     frames = len(times) if any("time" in v.dims for v in held) else 1
     return Template(
         variables=held,
@@ -82,11 +87,17 @@ def template(scenario: Scenario, runs: Runs, shared: SharedPoints) -> Template:
             ),
             *built(prepared),
             *mapping(scenario),
+            *sections,
             (Variable("run", ("run",), "int64", "1", "position in the design", -1), np.arange(len(runs))),
             *shares(scenario),
             *parameters(runs),
         ),
-        sizes={"run": len(runs), "time": len(times), **sizes},
+        sizes={
+            "run": len(runs),
+            "time": len(times),
+            **sizes,
+            **{variable.name: len(values) for variable, values in sections},
+        },
         group=group_size(len(runs), seconds(prepared), run_bytes((frames, *points.shape))),
         attributes={**attributes(scenario), "threshold": prepared.threshold},
     )
@@ -96,7 +107,7 @@ def seconds(prepared: Prepared) -> float:
     """Rough time of a run, s: only good to choose how many runs share a task."""
     scene = prepared.scene
     elevation = profile_values(prepared)["elevation"]
-    fall = float(np.nanmax(elevation) - np.nanmin(elevation)) + float(scene.depth.max())
+    fall = float(np.nanmax(elevation) - np.nanmin(elevation)) + float(prepared.origin.max())
     speed = float(np.sqrt(2 * scene.gravity * fall))
     steps = prepared.times[-1] * speed / (scene.scheme.cfl * float(np.sqrt(np.min(scene.points.cell_area))))
     return float(STAGES * steps * scene.depth.size / CELL_STAGES_PER_SECOND)
@@ -117,6 +128,15 @@ def built(prepared: Prepared) -> list[tuple[Variable, NDArray[Any]]]:
     if buildings is None:
         return []
     return [(BUILDING.on_surface() if on_surface else BUILDING, buildings.astype(np.int8))]
+
+
+def section_coordinates(scenario: Scenario) -> list[tuple[Variable, NDArray[Any]]]:
+    """Give the names of a scenario's sections and the times of samples at them; nothing without any."""
+    settings = scenario.settings
+    if not settings.sections:
+        return []
+    names = np.array([each.name for each in settings.sections], object)
+    return list(zip(SECTION_COORDINATES, (names, section_times(settings)), strict=True))
 
 
 def shares(scenario: Scenario) -> list[tuple[Variable, NDArray[Any]]]:

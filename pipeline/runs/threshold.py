@@ -11,6 +11,7 @@ from pipeline.scenario import solver_objects, structures
 from solver.release.polygons import ring_area
 
 if TYPE_CHECKING:
+    from pipeline.inputs.elevation_raster import ElevationRaster
     from pipeline.scenario.scenario import Scenario
     from solver.points.cloud import PointCloud
     from solver.points.lattice import Lattice
@@ -19,16 +20,19 @@ if TYPE_CHECKING:
 def threshold(scenario: Scenario, points: Lattice | PointCloud) -> float:
     """Give the threshold of a scenario, m.
 
-    That of the scenario file, or else a share of the largest depth of the release on the points, in the run
-    where this is smallest: a larger event then reaches no less than a smaller one.
+    That of the scenario file, or else a share of the largest depth that is released on the points or comes
+    in, in the run where this is smallest: a larger event then reaches no less than a smaller one.
     """
     settings = scenario.settings
     if settings.output.threshold is not None:
         return settings.output.threshold
     runs = expand(scenario)
     varied = any(key.startswith("release") for key in settings.varied)
-    shallowest = min(runs, key=_depth) if varied else runs[0]
     raster = None if scenario.ground is None else scenario.ground.raster
+    if settings.inflow:
+        several = runs if settings.varied else runs[:1]
+        return DEFAULT_THRESHOLD * min(max(_depth(run), _comes_in(run, raster)) for run in several)
+    shallowest = min(runs, key=_depth) if varied else runs[0]
     ground = structures.ground(shallowest.settings, raster, shallowest.outlines)
     laid = solver_objects.laid(shallowest.settings, points, shallowest.outlines, ground)
     return DEFAULT_THRESHOLD * float(laid.depth.max())
@@ -44,4 +48,11 @@ def _depth(run: Run) -> float:
         x_min, x_max, y_min, y_max = shape.extent
         scale = 1.0 if shape.volume is None else shape.volume / shape.shape_volume
         depths.append(scale * float(shape.depth((x_min + x_max) / 2, (y_min + y_max) / 2)))
-    return max(depths)
+    return max(depths, default=0.0)
+
+
+def _comes_in(run: Run, raster: ElevationRaster | None) -> float:
+    """Largest depth that flow comes in with, m."""
+    ground = structures.ground(run.settings, raster, run.outlines)
+    terrain = solver_objects.slope(run.settings.terrain, run.table) if ground is None else ground
+    return solver_objects.deepest_inflow(run.settings, terrain, run.hydrographs)

@@ -11,8 +11,9 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from pipeline.inputs import elevation_table, point_file, reference_system
+from pipeline.inputs import elevation_table, hydrograph_table, point_file, reference_system
 from pipeline.inputs.elevation_table import ElevationTable
+from pipeline.inputs.hydrograph_table import HydrographTable
 from pipeline.inputs.point_file import PointFile
 from pipeline.inputs.polygons import crossing, reaches
 from pipeline.mistakes import BadInput, Mistake, Problem
@@ -30,6 +31,7 @@ from pipeline.settings.sample import power_of_two
 from pipeline.settings.section import Pair
 from pipeline.settings.settings import Settings
 from pipeline.settings.structures import PLACE
+from solver.physics.elevation import ElevationModel
 from solver.physics.terrain import SlopeProfile
 from solver.release.shapes import Release
 
@@ -40,6 +42,8 @@ LEAST_ANGLE = 1.0
 
 FOR_RECEPTORS = ("max_depth", "max_speed", "arrival_time")
 FOR_MAPS = frozenset(("max_depth", "max_speed", "max_momentum_flux"))
+# of a volume
+ROUND_OFF = 1e-9
 # of a distribution that bounds cut off
 LEAST_SHARE = 1e-4
 
@@ -52,6 +56,7 @@ class Checked:
     tables: dict[str, ElevationTable] = field(default_factory=dict)
     points: PointFile | None = None
     ground: Ground | None = None
+    hydrographs: dict[str, HydrographTable] = field(default_factory=dict)
     mistakes: list[Mistake] = field(default_factory=list)
     warnings: tuple[str, ...] = ()
 
@@ -80,7 +85,8 @@ def check_document(document: Document, folder: FilePath) -> Checked:
         return Checked(mistakes=mistakes)
     warnings = (document.mistake(path, message) for path, message in judge.warnings(settings))
     ground = judge.map_files.held
-    return Checked(settings, judge.tables, judge.points, ground, [], tuple(map(str, warnings)))
+    files = judge.tables, judge.points, ground, judge.hydrographs
+    return Checked(settings, *files, [], tuple(map(str, warnings)))
 
 
 class _Judge:
@@ -89,10 +95,12 @@ class _Judge:
     def __init__(self, folder: FilePath) -> None:
         self.folder = folder
         self.tables: dict[str, ElevationTable] = {}
+        self.hydrographs: dict[str, HydrographTable] = {}
         self.mistakes: list[Mistake] = []
         self.lost: dict[Path, tuple[float, float]] = {}
         self.short: dict[Path, float] = {}
         self.flat: dict[Path, float] = {}
+        self.late: dict[Path, float] = {}
         self.cut: dict[Path, str] = {}
         self.ground: Georeference | None = None
         self.points: PointFile | None = None
@@ -108,12 +116,15 @@ class _Judge:
 
     def problems(self, settings: Settings) -> list[Problem]:
         """List what is wrong with the settings of one run, which keep to the schema."""
-        problems = self._table(settings) + self._points(settings) + _zones(settings)
+        problems = self._table(settings) + self._points(settings) + self._hydrographs(settings)
+        problems += _zones(settings)
         for name in FRICTION_ANGLES:
             angle = getattr(settings.material, name)
             if angle is not None and 0 < angle < LEAST_ANGLE:
                 self.flat["material", name] = angle
         self.ground = settings.georeference
+        if any(name not in self.hydrographs for name in settings.hydrograph_files):
+            return problems
         if settings.on_surface:
             return problems + self._on_surface(settings)[1]
         if settings.table_file is not None and settings.table_file not in self.tables:
@@ -153,10 +164,29 @@ class _Judge:
     def _on_surface(self, settings: Settings) -> tuple[Settings, list[Problem]]:
         """Give settings on an elevation model with their domain, and what is wrong with their files."""
         try:
-            return self.map_files.judge(settings)
+            found, problems = self.map_files.judge(settings)
+            if not problems and (settings.inflow or settings.sections):
+                assert self.map_files.held is not None
+                model = structures.ground(found, self.map_files.held.raster, self.map_files.held.outlines)
+                assert model is not None
+                problems = self._sections(found, model)
+            return found, problems
         except (ArithmeticError, ValueError) as error:
-            found = f"expected an elevation model that can be computed on, found one that cannot ({error})"
-            return settings, [Problem(("terrain",), found, related=(("terrain",), ("release",)))]
+            message = f"expected an elevation model that can be computed on, found one that cannot ({error})"
+            return settings, [Problem(("terrain",), message, related=(("terrain",), ("release",)))]
+
+    def _sections(self, settings: Settings, terrain: SlopeProfile | ElevationModel) -> list[Problem]:
+        """List what is wrong with where inflows and sections are."""
+        held, lattice = self.map_files.held, solver_objects.points(settings)
+        built = structures.buildings(settings, lattice, None if held is None else held.outlines)
+        return [
+            Problem(
+                (name, i, "section" if name == "inflow" else "line"),
+                message,
+                related=((name, i), ("material",), ("terrain",), ("domain",), ("structures",)),
+            )
+            for name, i, message in solver_objects.misplaced(settings, terrain, self.hydrographs, built)
+        ]
 
     def _slope(self, settings: Settings) -> SlopeProfile:
         name = settings.table_file
@@ -187,6 +217,8 @@ class _Judge:
             elif part > 0:
                 volume = part * (whole if release.volume is None else release.volume)
                 self.lost[path] = max(self.lost.get(path, (0.0, 0.0)), (volume, part))
+        if settings.inflow or settings.sections:
+            problems += self._sections(settings, self._slope(settings))
         return problems
 
     def _structures(self, settings: Settings) -> list[Problem]:
@@ -273,8 +305,12 @@ class _Judge:
             for doubt in table.doubts
         ]
         files += self.map_files.doubts.items()
+        late = [
+            (path, f"{100 * share:.2g} % of the volume come in after the end of the run, and are left out")
+            for path, share in self.late.items()
+        ]
         drawn = [*_far_out(settings), *_uneven(settings)]
-        return [*files, *lost, *short, *flat, *self.cut.items(), *_left_out(settings), *drawn]
+        return [*files, *lost, *short, *flat, *late, *self.cut.items(), *_left_out(settings), *drawn]
 
     def _points(self, settings: Settings) -> list[Problem]:
         """Read the file of a ``file`` layout, once, and list what is wrong with its points."""
@@ -290,6 +326,32 @@ class _Judge:
         except ValueError as error:
             return [Problem(path, f"expected points that fit, found {error}", related=(path, ("domain",)))]
         return []
+
+    def _hydrographs(self, settings: Settings) -> list[Problem]:
+        """Read the files of hydrographs, each once, and list what is wrong with hydrographs."""
+        problems: list[Problem] = []
+        for i, inflow in enumerate(settings.inflow):
+            if inflow.file is None:
+                continue
+            table = self._read(inflow.file, ("inflow", i, "hydrograph", "file"), hydrograph_table.read)
+            if isinstance(table, list):
+                problems += table
+            else:
+                self.hydrographs[inflow.file] = table
+        unread = any(name not in self.hydrographs for name in settings.hydrograph_files)
+        if unread or (settings.domain is None and settings.time.end is None):
+            return problems
+        end = settings.latest_end
+        for i, made in enumerate(solver_objects.inflows(settings, self.hydrographs)):
+            path: Path = ("inflow", i, "hydrograph")
+            whole, start = float(made.hydrograph.volumes[-1]), float(made.hydrograph.times[0])
+            late = 1.0 - made.hydrograph.volume_until(end) / whole
+            if late >= 1.0:
+                found = f"expected a hydrograph that begins before the end of the run, {end:g} s"
+                problems.append(Problem(path, f"{found}, found one from {start:g} s on"))
+            elif late > ROUND_OFF:
+                self.late[path] = max(self.late.get(path, 0.0), late)
+        return problems
 
     def _table(self, settings: Settings) -> list[Problem]:
         """Read the table of a ``table`` profile, once, and list what is wrong with it."""

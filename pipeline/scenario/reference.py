@@ -65,6 +65,28 @@ structures:
   - {kind: dam, line: dam.gpkg, height: 5, side_slope: 34, crest_width: 3}
 sweep: {structures.1.height: [0, 3, 5]}
 ```
+
+What comes in through a section, and where discharge is measured, are lists. `release` may be left out beside
+`inflow`. Both take a lattice and the weighted-residual form, and on a slope profile a `domain`:
+
+```yaml
+inflow:
+  - {name: apex, section: [[120, -8], [120, 8]], hydrograph: {file: q.csv}, depth: normal}
+  - name: tributary
+    section: [[60, -20], [80, -20]]
+    hydrograph: {shape: triangle, volume: 4000, peak_discharge: 60}
+    froude: 1.5
+sections: [{name: bridge, line: [[600, -20], [600, 20]]}]
+```
+
+with `q.csv` as
+
+```csv
+time (s),discharge (m3/s)
+0,0
+20,60
+200,0
+```
 """
 _TABLE = "| key | unit | values | default | meaning |\n|---|---|---|---|---|"
 
@@ -111,6 +133,8 @@ def _title(loc: tuple[str, ...], model: type[BaseModel]) -> str | None:
             return f"`{_dotted(loc[:-1])}`, {choosing_key(model)} `{loc[-1]}`"
         case ("points", "graded", *rest):
             return f"`points`, `{'.'.join(rest)}` of layout `graded`"
+        case ("inflow",) | ("sections",):
+            return f"Each of `{loc[0]}`"
         case ("sample", "correlations") | ("receptors", "list"):
             return f"Each of `{'.'.join(part for part in loc if part != 'list')}`"
         case ("terrain", "segments", name):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +14,7 @@ import yaml
 from pydantic import TypeAdapter
 
 from pipeline.inputs.elevation_table import ElevationTable
+from pipeline.inputs.hydrograph_table import HydrographTable
 from pipeline.inputs.point_file import PointFile
 from pipeline.mistakes import BadInput, Mistake, describe
 from pipeline.scenario import checks
@@ -30,6 +31,9 @@ IRRELEVANT: Any = {
     **dict.fromkeys(("description", *OF_ALL_RUNS - {"sweep", "sample"}), True),
     "time": {"max_steps", "max_wall"},
 }
+
+# keys that are no part of a scenario without them, whose content is that of before there were any
+WHERE_USED = {"release", "inflow", "sections", "structures"}
 
 # attribute of a store with the receptors that the scenario gives on the map or in a file, in x and y
 ON_BED = "receptors_on_bed"
@@ -51,6 +55,7 @@ class Scenario:
     digest : SHA-256 of ``content``, hexadecimal.
     tables : elevation tables by the name the settings give them. points : what a file of points holds.
     ground : elevation model and polygons of a scenario on one, which has a domain then.
+    hydrographs : those of files, by the name the settings give them.
     warnings : one line each, to be shown and not to be stopped by.
     """
 
@@ -64,6 +69,7 @@ class Scenario:
     points: PointFile | None = None
     warnings: tuple[str, ...] = ()
     ground: Ground | None = None
+    hydrographs: Mapping[str, HydrographTable] = field(default_factory=dict)
 
     @property
     def name(self) -> str:
@@ -131,6 +137,7 @@ def _scenario(document: Document, checked: checks.Checked, path: Path, text: str
         checked.points,
         checked.warnings,
         checked.ground,
+        checked.hydrographs,
     )
 
 
@@ -155,7 +162,7 @@ def stored(attributes: Mapping[str, Any]) -> Settings:
 def _placed(data: dict[str, Any], settings: Settings) -> dict[str, Any]:
     """Give the data of a file with its releases on the bed, where the file gives them on the map."""
     ground = settings.georeference
-    if ground is None or ground.releases != "map":
+    if ground is None or ground.releases != "map" or not settings.releases:
         return data
     releases = [release.model_dump(exclude_unset=True) for release in settings.releases]
     return {**data, "release": tuple(releases) if isinstance(settings.release, tuple) else releases[0]}
@@ -220,14 +227,15 @@ def _content(checked: checks.Checked) -> str:
     if held.get("sample"):
         # each is a scenario of its own
         held["sample"].pop("levels")
-    if not held["structures"]:
-        # stores of scenarios without them stay valid
-        del held["structures"]
+    # what a scenario has nothing of makes no difference to it, and stores of before stay valid
+    held = {name: value for name, value in held.items() if value or name not in WHERE_USED}
     tables = {name: table.digest for name, table in sorted(checked.tables.items())}
     files = {} if checked.points is None else {"file": checked.points.digest}
     whole = {**held, "points": {**held["points"], **files}, "tables": tables}
     if checked.ground is not None:
         whole["map_files"] = checked.ground.digests
+    if checked.hydrographs:
+        whole["hydrographs"] = {name: table.digest for name, table in sorted(checked.hydrographs.items())}
     if checked.settings.sample is not None:
         # another version of SciPy may draw otherwise
         drawn = json.dumps(draw(checked.settings.sample))

@@ -51,6 +51,9 @@ def keys_elsewhere() -> Mapping[str, str]:
     """Keys of the sections that may be varied, each with its dotted key; of several the first."""
     found: dict[str, str] = {}
     for loc, model in _models().items():
+        # keys of the items of a list are not where a single key may have been meant
+        if loc[:1] in (("inflow",), ("sections",)):
+            continue
         if len(loc) == 1 or (len(loc) in (2, 3) and choosing_key(model)):
             found |= {name: f"{loc[0]}.{name}" for name in model.model_fields if name not in found}
     return found

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
@@ -12,13 +12,18 @@ from numpy.typing import NDArray
 from pipeline.settings import points as points_settings
 from pipeline.settings.erodible_bed import ErodibleBed as ErodibleSettings
 from pipeline.settings.generated import Generated
+from pipeline.settings.inflow import HydrographFile
 from pipeline.settings.physics import MaterialLaws
 from pipeline.settings.surface import ElevationTerrain, PolygonsRelease
+from solver.inflow.conditions import Inflow, Section
+from solver.inflow.entrance import entrance, largest_depth
+from solver.inflow.hydrograph import Hydrograph, Triangle
+from solver.inflow.placement import place
 from solver.physics.earth_pressure import EarthPressure
-from solver.physics.elevation import ElevationModel
+from solver.physics.elevation import ElevationModel, Surface
 from solver.physics.erosion import ErodibleBed
 from solver.physics.friction import Friction
-from solver.physics.terrain import SlopeProfile
+from solver.physics.terrain import SlopeProfile, Terrain
 from solver.physics.terrain_table import Table
 from solver.points.lattice import Lattice
 from solver.release.erodible import Rings, erodible_on_profile, erodible_on_surface
@@ -30,6 +35,7 @@ from solver.scheme import Scheme
 if TYPE_CHECKING:
     from pipeline.inputs.elevation_raster import ElevationRaster
     from pipeline.inputs.elevation_table import ElevationTable
+    from pipeline.inputs.hydrograph_table import HydrographTable
     from pipeline.inputs.outlines import Outline
     from pipeline.inputs.point_file import PointFile
     from pipeline.settings.settings import Settings
@@ -38,6 +44,8 @@ if TYPE_CHECKING:
     from solver.points.cloud import PointCloud
     from solver.scene import Zone
 
+# hydrographs by file
+Hydrographs = Mapping[str, "HydrographTable"]
 # polygons by file and layer
 Outlines = Mapping["tuple[str, str | None]", "tuple[Outline, ...]"]
 
@@ -177,6 +185,62 @@ def counter_clockwise(ring: NDArray[np.float64]) -> NDArray[np.float64]:
     return ring if ring_area(ring) > 0 else ring[::-1]
 
 
+def inflows(settings: Settings, hydrographs: Hydrographs) -> tuple[Inflow, ...]:
+    """Make the inflows; ``hydrographs`` are those of files."""
+    made = []
+    for each in settings.inflow:
+        graph: Hydrograph
+        if isinstance(each.hydrograph, HydrographFile):
+            graph = hydrographs[each.hydrograph.file].hydrograph
+        else:
+            triangle: Triangle = each.hydrograph.make()
+            graph = triangle.hydrograph()
+        depth = "normal" if each.depth is None and each.froude is None and each.speed is None else each.depth
+        made.append(Inflow(each.name, each.section, graph, depth, each.froude, each.speed))
+    return tuple(made)
+
+
+def sections(settings: Settings) -> tuple[Section, ...]:
+    """Make the sections that discharge is measured at."""
+    return tuple(Section(each.name, each.line) for each in settings.sections)
+
+
+def misplaced(
+    settings: Settings,
+    terrain: Terrain | Surface,
+    hydrographs: Hydrographs,
+    buildings: NDArray[np.bool_] | None = None,
+) -> Iterator[tuple[str, int, str]]:
+    """Say which inflows and sections cannot be placed: inflow or sections, its number, and why."""
+    lattice = points(settings)
+    assert isinstance(lattice, Lattice)
+    friction, _ = laws(settings)
+    for i, each in enumerate(inflows(settings, hydrographs)):
+        try:
+            found = entrance(each, lattice, terrain, friction, settings.gravity)
+        except ValueError as error:
+            yield "inflow", i, str(error)
+            continue
+        if buildings is not None and found.placed.meets(buildings):
+            yield "inflow", i, "expected a section clear of buildings, found one that meets a building"
+    for i, section in enumerate(sections(settings)):
+        try:
+            place(section.line, lattice, terrain, settings.gravity)
+        except ValueError as error:
+            yield "sections", i, str(error)
+
+
+def deepest_inflow(settings: Settings, terrain: Terrain | Surface, hydrographs: Hydrographs) -> float:
+    """Largest depth that flow comes in with until the latest end, m; 0 without inflows."""
+    if not settings.inflow:
+        return 0.0
+    lattice = points(settings)
+    assert isinstance(lattice, Lattice)
+    friction, _ = laws(settings)
+    made = inflows(settings, hydrographs)
+    return largest_depth(made, lattice, terrain, friction, settings.gravity, settings.latest_end)
+
+
 @lru_cache(maxsize=8)
 def surface(terrain: ElevationTerrain, raster: ElevationRaster) -> ElevationModel:
     """Make the surface of an elevation model, once for all runs on it."""
@@ -196,6 +260,9 @@ def laid(
     ValueError
         If a release lies wholly outside, or polygons lack what they need.
     """
+    if not settings.releases:
+        depth, velocity_x, velocity_y = np.zeros((3, *points.shape))
+        return Laid(depth, velocity_x, velocity_y, 0.0, 0.0, 0.0)
     if ground is None:
         return initial_state(releases(settings), points)
     assert isinstance(points, Lattice)

@@ -15,6 +15,7 @@ SWEEPABLE = (
     "gravity",
     "terrain",
     "release",
+    "inflow",
     "material",
     "erodible_bed",
     "structures",

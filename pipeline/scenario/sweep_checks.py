@@ -115,8 +115,8 @@ def _known(
 def _hint(key: str, data: Mapping[str, Any]) -> str:
     """Say which key may be meant by one that leads nowhere."""
     first, _, rest = key.partition(".")
-    if first == "release" and rest and isinstance(data.get("release"), tuple) and not rest[0].isdigit():
-        return f". Did you mean 'release.0.{rest}'?"
+    if first in ("release", "inflow") and rest and isinstance(data.get(first), tuple):
+        return "" if rest[0].isdigit() else f". Did you mean '{first}.0.{rest}'?"
     places = schema_errors.keys_elsewhere().items()
     varied = {name: place for name, place in places if place.partition(".")[0] in SWEEPABLE}
     return "" if first in SWEEPABLE else meant(first, SWEEPABLE, varied)

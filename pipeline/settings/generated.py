@@ -15,7 +15,14 @@ from types import EllipsisType, NoneType, UnionType
 from typing import Annotated, Any, ClassVar, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
 import pydantic
-from pydantic import SerializerFunctionWrapHandler, Tag, create_model, model_serializer, model_validator
+from pydantic import (
+    Discriminator,
+    SerializerFunctionWrapHandler,
+    Tag,
+    create_model,
+    model_serializer,
+    model_validator,
+)
 
 from pipeline.settings.section import Section, chosen_by, key, kind, relation
 from solver.parameters import Parameter, ParameterError, declaration, parameters
@@ -162,6 +169,10 @@ def _key(declared: Parameter, default: Any) -> Any:
     )
 
 
+def _word_or_number(value: Any) -> str:
+    return "word" if isinstance(value, str) else "number"
+
+
 def _strict(hint: Any, declared: Parameter) -> Any:
     """Add the bounds of a parameter to each number of its type, and make sections of dataclasses."""
     origin, inner = get_origin(hint), get_args(hint)
@@ -177,6 +188,14 @@ def _strict(hint: Any, declared: Parameter) -> Any:
     if origin is tuple:
         return tuple[tuple(_strict(each, declared) for each in inner)]  # type: ignore[misc]
     if origin in (Union, UnionType):
+        words = [each for each in inner if get_origin(each) is Literal]
+        if words and float in inner:
+            # one message, by what was written
+            number, word = _strict(float, declared), words[0]
+            return Annotated[
+                Annotated[number, Tag("number")] | Annotated[word, Tag("word")],
+                Discriminator(_word_or_number),
+            ]
         return Union[tuple(_strict(each, declared) for each in inner)]  # noqa: UP007
     if isinstance(hint, type) and is_dataclass(hint):
         return section_of(hint)

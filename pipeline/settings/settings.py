@@ -8,9 +8,11 @@ from typing import Annotated, Any, Literal, get_args
 from pydantic import Discriminator, Field, Tag, model_validator
 
 from pipeline.settings import erodible_bed
+from pipeline.settings import inflow as inflow_settings
 from pipeline.settings.erodible_bed import ErodibleBed
-from pipeline.settings.generated import tag
+from pipeline.settings.generated import FlatSection, tag
 from pipeline.settings.hazard import Georeference, Hazard
+from pipeline.settings.inflow import Inflow, MeasuredSection
 from pipeline.settings.physics import DEFAULT_SCHEME, AnyRelease, AnyScheme, AnyTerrain, Material
 from pipeline.settings.points import LatticePoints, Points, Region
 from pipeline.settings.receptor import Receptor
@@ -113,17 +115,25 @@ class Time(Section):
         return self
 
 
-class Output(Section):
+class Output(FlatSection):
     """What is kept."""
 
+    # which scenarios without sections do not have
+    alternatives = frozenset({"section_every"})
     fields: Annotated[tuple[FieldName, ...], Field(min_length=1)] = key(
         "fields kept in the store. Default: all; the last two with an erodible bed alone", default=FIELDS
     )
     threshold: Positive | None = key(
-        "depth above which a cell counts as reached or as deposit. Default: 1 % of the largest release depth",
+        "depth above which a cell counts as reached or as deposit. Default: 1 % of the largest depth that is "
+        "released or comes in",
         "m",
         None,
         advice="Give it where runs of different volume are compared.",
+    )
+    section_every: Positive | None = key(
+        "time between samples of discharge at sections. Default: a tenth of the time between frames",
+        "s",
+        None,
     )
 
 
@@ -199,7 +209,15 @@ class Settings(Section):
         default=None,
     )
     points: Points = key("layout of the points")
-    release: OneOrMany = key("what is released, one shape or a list of them")
+    release: OneOrMany | None = key(
+        "what is released, one shape or a list of them; may be left out beside an inflow", default=None
+    )
+    inflow: tuple[Inflow, ...] = key(
+        "hydrographs that come in through sections, beside a release or without one", default=()
+    )
+    sections: tuple[MeasuredSection, ...] = key(
+        "lines that discharge, volume, peak and arrival are wanted of", default=()
+    )
     material: Material = key("friction and earth pressure")
     erodible_bed: ErodibleBed | None = key(
         "what the flow may take up from its bed. Default: nothing", default=None
@@ -255,7 +273,8 @@ class Settings(Section):
 
     @model_validator(mode="after")
     def _fits_terrain(self) -> Settings:
-        error = unfit(self) or erodible_bed.unfit(self) or unfit_structures(self)
+        error = inflow_settings.unfit(self) or unfit(self) or erodible_bed.unfit(self)
+        error = error or unfit_structures(self)
         if error is not None:
             raise error
         for i, zone in enumerate(self.zones):
@@ -418,8 +437,15 @@ class Settings(Section):
 
     @property
     def releases(self) -> tuple[AnyRelease, ...]:
-        """The releases as a tuple, however they were written."""
+        """The releases as a tuple, however they were written; empty without any."""
+        if self.release is None:
+            return ()
         return self.release if isinstance(self.release, tuple) else (self.release,)
+
+    @property
+    def hydrograph_files(self) -> tuple[str, ...]:
+        """Files of hydrographs."""
+        return tuple(each.file for each in self.inflow if each.file is not None)
 
 
 def json_schema() -> dict[str, Any]:

@@ -18,6 +18,7 @@ ERROR = "volume_error"
 ROUND_OFF = 1e-15
 UNITS = {variable.name: variable.units for variable in (WEIGHT, RETURN_PERIOD, *FIELDS, *PER_RUN)} | {
     **{"time": "s", "arrival": "s", "depth": "m", "speed": "m s-1", "pressure": "kPa"},
+    **{"volume": "m3", "peak_discharge": "m3 s-1", "peak_time": "s", "arrival_time": "s"},
     **{"half_width": "m", "deepest": "m", "body_speed": "m s-1", "film_speed": "m s-1"},
     **{"runout_misfit": "m", "depth_rmse": "m"},
 }

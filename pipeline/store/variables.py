@@ -215,7 +215,7 @@ VOLUMES = (
     _scalar("volume_asked", "m3", "volume of the release as asked for"),
     _scalar("volume_released", "m3", "volume of the release on the points"),
     _scalar("volume_lost", "m3", "volume of the release outside the domain, never on the points"),
-    _scalar("volume_in", "m3", "volume that came in through the boundaries"),
+    _scalar("volume_in", "m3", "volume that came in through sections of inflows and the boundaries"),
     _scalar("volume_entrained", "m3", "volume that the flow took up from its bed"),
     _scalar("volume_out", "m3", "volume that left through the boundaries"),
     _scalar("volume_out_open", "m3", "volume that left through open sides"),
@@ -307,6 +307,42 @@ SURFACE_COORDINATES = (
 )
 
 
+_AT_SECTION = ("run", "section")
+SECTIONS = (
+    Variable(
+        "section_volume",
+        (*_AT_SECTION, "section_time"),
+        "float64",
+        "m3",
+        "net volume that has passed a section by a time",
+    ),
+    Variable(
+        "section_discharge",
+        (*_AT_SECTION, "section_time"),
+        "float64",
+        "m3 s-1",
+        "mean discharge through a section since the sample before",
+    ),
+    Variable(
+        "section_peak_discharge", _AT_SECTION, "float64", "m3 s-1", "largest of the section's discharges"
+    ),
+    Variable("section_peak_time", _AT_SECTION, "float64", "s", "time of the sample that ends it"),
+    Variable(
+        "section_arrival_time",
+        _AT_SECTION,
+        "float64",
+        "s",
+        "time at which the flow is first deeper than the threshold below a section",
+    ),
+)
+"""What passes the sections of a scenario that has some."""
+
+SECTION_COORDINATES = (
+    Variable("section", ("section",), "string", "", "name of a section; only with sections", ""),
+    Variable("section_time", ("section_time",), "float64", "s", "time of a sample at sections"),
+)
+
+
 def grid_mapping(attributes: Mapping[str, Any]) -> Variable:
     """Give the variable of a reference system by its attributes of the CF conventions."""
     return Variable(
@@ -354,7 +390,10 @@ def markdown() -> str:
     """Give the table of variables as it stands in ``docs/store.md``."""
     rows = [
         f"| `{v.name}` | {', '.join(v.dims)} | {v.dtype} | {v.units or '-'} | {v.long_name} |"
-        for v in (*COORDINATES, AREA, BUILDING, WEIGHT, RETURN_PERIOD, *kept())
+        for v in (
+            *(*COORDINATES, AREA, BUILDING, WEIGHT, RETURN_PERIOD),
+            *(*SECTION_COORDINATES, *SECTIONS, *kept()),
+        )
     ]
     return "\n".join(["| name | dimensions | type | units | what |", "|---|---|---|---|---|", *rows])
 

@@ -20,7 +20,7 @@ from solver.physics.resistance import DryTurbulent
 from solver.physics.terrain import SlopeProfile
 from solver.points.cloud import PointCloud
 from solver.points.lattice import Lattice
-from solver.run import Run
+from solver.run import Run, entrances_of
 from solver.scene import Scene
 
 # Error of the ledger relative to what was released and came in.
@@ -46,7 +46,8 @@ class State(NamedTuple):
 
     h, u, v : depth (m) and velocity (m s-1), of the shape of the points. time : s. ledger : volumes that came
     in and left through each side so far, (4, 2), m3. eroded : depth that the bed has lost, of the shape of
-    the points or 0, m. entrained : volume that the flow has taken up, m3.
+    the points or 0, m. entrained : volume that the flow has taken up, m3. entered : volume of inflows so far,
+    m3.
     """
 
     h: Array
@@ -56,11 +57,43 @@ class State(NamedTuple):
     ledger: Array
     eroded: Array | float = 0.0
     entrained: float = 0.0
+    entered: float = 0.0
 
 
 def state_of_run(run: Run) -> State:
     """Copy the state of a run."""
-    return State(*run.state, run.time, run.ledger.copy(), run.eroded, run.entrained)
+    return State(*run.state, run.time, run.ledger.copy(), run.eroded, run.entrained, run.come_in)
+
+
+class Coming(NamedTuple):
+    """What comes in through sections at most.
+
+    depth, speed : m and m s-1, critical speed at least. rows, columns : of the cells it comes to, (n,).
+    starts : times at which an inflow begins, s.
+    """
+
+    depth: float
+    speed: float
+    rows: Indices
+    columns: Indices
+    starts: Array
+
+
+def coming_in(scene: Scene) -> Coming | None:
+    """Find what comes in through sections of a scene; None where nothing does."""
+    found = entrances_of(scene)
+    if not found:
+        return None
+    peaks = [float(each.inflow.hydrograph.discharges.max()) for each in found]
+    deepest = max(float(each.depths(q).max()) for each, q in zip(found, peaks, strict=True))
+    speeds = [each.speeds(q) for each, q in zip(found, peaks, strict=True)]
+    units = [each.depths(q) * v for each, q, v in zip(found, peaks, speeds, strict=True)]
+    critical = (scene.gravity * max(scene.earth_pressure.coefficients()) * np.concatenate(units)) ** (1 / 3)
+    rows, columns = (np.concatenate(each) for each in zip(*(e.placed.downstream for e in found), strict=True))
+    graphs = [each.inflow.hydrograph for each in found]
+    starts = [graph.times[max(0, int(np.flatnonzero(graph.discharges)[0]) - 1)] for graph in graphs]
+    fastest = max(float(np.concatenate(speeds).max()), float(critical.max()))
+    return Coming(deepest, fastest, rows, columns, np.array(starts))
 
 
 class Check(NamedTuple):
@@ -186,9 +219,13 @@ class Laws:
         Where its run begins.
     rates : array or float
         Rate in every cell of waves of a speed of 1 m s-1, by which a form finds its step, m-1.
+    coming : Coming, optional
+        What comes in through sections, by default those of the scene.
     """
 
-    def __init__(self, scene: Scene, start: State, rates: Array | float) -> None:
+    def __init__(
+        self, scene: Scene, start: State, rates: Array | float, coming: Coming | None = None
+    ) -> None:
         if not isinstance(scene.terrain, SlopeProfile):
             raise TypeError("the laws need a slope profile")
         points, sides = scene.points, scene.boundaries
@@ -210,7 +247,8 @@ class Laws:
         given = [
             0.0 if isinstance(s, str) else s for s in (sides.x_min, sides.x_max, sides.y_min, sides.y_max)
         ]
-        self.given = max(given)
+        self.coming = coming_in(scene) if coming is None else coming
+        self.given = max(given) if self.coming is None else max(*given, self.coming.depth)
         self.pressure = scene.gravity * max(scene.earth_pressure.coefficients())
         self.deepest = max(float(start.h.max()), self.given)
         self.dry = scene.scheme.wet_limit * self.deepest
@@ -219,6 +257,7 @@ class Laws:
         self.first = max(
             float(np.hypot(start.u, start.v)[wet].max(initial=0.0)),
             float(np.sqrt(self.pressure * self.given)),
+            0.0 if self.coming is None else self.coming.speed,
         )
         highest = float(np.ptp(heights)) if self.given else float(self.potential[wet].max(initial=0.0))
         climbed = beyond(scene, float(heights.min()), highest)
@@ -284,12 +323,15 @@ class Laws:
             return [Check("values are finite", np.inf, 0.0)]
         self.deepest = max(self.deepest, float(state.h.max()))
         came, left = state.ledger.sum(axis=0)
+        came += state.entered
         volume = self.released + came + state.entrained
         error = abs(self.total(state.h) - volume + left) / max(volume, 1e-300)
         of_bed = abs(self.total(state.eroded + 0.0 * self.area) - state.entrained) / max(volume, 1e-300)
         speed = float(np.hypot(state.u, state.v)[state.h > self.dry].max(initial=0.0))
         limit = self.speed_limit(state.time)
         through = float((state.ledger[:, 0] - state.ledger[:, 1]) @ self.at_sides)
+        if self.coming is not None and state.entered > 0:
+            through += state.entered * float(self.potential[self.coming.rows, self.coming.columns].max())
         drop = self.height + through - self.total((state.h - state.eroded) * self.potential)
         inflow = came * (limit**2 / 2 + self.pressure * self.given)
         allowed = self.kinetic + self.pressed + inflow + drop + self.unresolved_of(state) + self.lift(state)
@@ -309,6 +351,9 @@ class Laws:
         checks = []
         dt, cfl = after.time - before.time, self.scene.scheme.cfl
         rate = float(self.rates[before.h > self.dry].max(initial=0.0)) * self.speed_limit(before.time)
+        if self.coming is not None:
+            # a step ends where an inflow begins
+            cut |= bool((np.abs(self.coming.starts - after.time) <= ROUND_OFF * max(after.time, dt)).any())
         # friction with hysteresis has a time of its own
         if rate > 0 and not cut and not isinstance(self.scene.friction, Edwards):
             checks.append(Check("no film sets the step", STEP * cfl / (rate * dt), 1.0))
@@ -363,4 +408,9 @@ class Laws:
             far = (RINGS + 1) * float(np.sqrt(self.area.max()))
             for place, (low, high) in zip(points.coordinates, points.extent, strict=True):
                 found &= (place > low + far) & (place < high - far)
+        if self.coming is not None:
+            near = RINGS + 1
+            for row, column in zip(self.coming.rows, self.coming.columns, strict=True):
+                rows, columns = (slice(max(0, k - near), k + near + 1) for k in (row, column))
+                found[rows, columns] = False
         return np.asarray(found)

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from solver.arrays import Array
-from solver.checks.invariants import LEDGER, SPEED, Laws, State
+from solver.checks.invariants import LEDGER, SPEED, Coming, Laws, State, coming_in
 from solver.physics.elevation import Surface, edges_of, lifted_area
 from solver.points.lattice import Lattice
 from solver.result import Result
@@ -38,8 +38,10 @@ def doubts(scene: Scene, result: Result) -> Iterator[str]:
         edges = (edges_of(a, scene.points.dx) for a in (scene.points.x_points, scene.points.y_points))
         corners = surface.corners(*edges)
         area: float | Array = lifted_area(corners, scene.points.dx)
-        dry = scene.scheme.wet_limit * float(scene.depth.max())
-        limit = speed_of_fall(scene, corners, result)
+        coming = coming_in(scene)
+        deepest = float(scene.depth.max()) if coming is None else max(float(scene.depth.max()), coming.depth)
+        dry = scene.scheme.wet_limit * deepest
+        limit = speed_of_fall(scene, corners, result, coming)
     else:
         laws = laws_of_speed(scene)
         area, dry = scene.points.cell_area, laws.dry
@@ -56,17 +58,22 @@ def doubts(scene: Scene, result: Result) -> Iterator[str]:
         yield f"a speed of {fastest:.3g} m s-1 is {fastest / limit:.2g} times what it has a source for"
 
 
-def speed_of_fall(scene: Scene, corners: Array, result: Result) -> float:
+def speed_of_fall(scene: Scene, corners: Array, result: Result, coming: Coming | None = None) -> float:
     """Speed of a free fall from the top of a release to the lowest place that its flow reached, m s-1.
 
-    corners : elevations at the corners of the cells, shape (ny + 1, nx + 1), m.
+    What comes in begins with its speed. corners : elevations at corners of cells, (ny + 1, nx + 1), m.
     """
     middle = 0.25 * (corners[:-1, :-1] + corners[:-1, 1:] + corners[1:, :-1] + corners[1:, 1:])
     released, reached = scene.depth > 0, result.max_depth > 0
+    first = 0.0
+    if coming is not None:
+        released = released.copy()
+        released[coming.rows, coming.columns] = True
+        first = coming.speed + 2 * float(np.sqrt(scene.gravity * coming.depth))
     if not (released.any() and reached.any()):
         return float("inf")
     height = float(middle[released].max() - middle[reached].min()) + float(result.max_depth.max())
-    return float(np.sqrt(2 * scene.gravity * max(height, 0.0)))
+    return float(np.sqrt(2 * scene.gravity * max(height, 0.0) + first**2))
 
 
 def laws_of_speed(scene: Scene) -> Laws:
@@ -78,6 +85,7 @@ def laws_of_speed(scene: Scene) -> Laws:
         If the terrain is no slope profile.
     """
     points, h, speed = scene.points, scene.depth, np.hypot(scene.velocity_x, scene.velocity_y)
+    coming = coming_in(scene)
     if isinstance(points, Lattice):
         spacing = points.spacing
         points = Lattice(points.x, (0.0, spacing), spacing)
@@ -85,6 +93,13 @@ def laws_of_speed(scene: Scene) -> Laws:
         h, speed = (np.broadcast_to(a.max(axis=0), points.shape) for a in (h, moving))
     # what is taken up was at rest, and is not faster than what takes it up
     reduced = replace(
-        scene, points=points, depth=h, velocity_x=speed, velocity_y=0.0 * speed, erodible_bed=None
+        scene,
+        points=points,
+        depth=h,
+        velocity_x=speed,
+        velocity_y=0.0 * speed,
+        erodible_bed=None,
+        inflows=(),
+        sections=(),
     )
-    return Laws(reduced, State(h, speed, reduced.velocity_y, 0.0, np.zeros((4, 2))), 1.0)
+    return Laws(reduced, State(h, speed, reduced.velocity_y, 0.0, np.zeros((4, 2))), 1.0, coming)

@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 from solver.arrays import Array
 from solver.kernels.erosion import Erosion
 from solver.kernels.record import Record
+from solver.kernels.sections.inflow import Inflows
+from solver.kernels.sections.measured import Sections
 from solver.kernels.state import Bed, FaceValues, Fields, Fluxes, Grid, Material, Sides, Status
 from solver.lattice.spans import Spans
 from solver.lattice.walls import Walls
@@ -69,3 +71,5 @@ class LatticeArrays(NamedTuple):
     buffers: Buffers
     record: Record
     erosion: Erosion
+    inflows: Inflows
+    sections: Sections

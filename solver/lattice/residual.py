@@ -22,6 +22,8 @@ from solver.kernels.boundary import account, boundary_flux
 from solver.kernels.friction import law_at
 from solver.kernels.limiter import EMPTIED, afforded
 from solver.kernels.riemann import hll
+from solver.kernels.sections.inflow import admit, close_to_backflow, dismiss
+from solver.kernels.sections.measured import measure
 from solver.kernels.source_terms import acting_share, update_cell
 from solver.kernels.state import (
     AXIS,
@@ -202,6 +204,8 @@ def stage(
     """
     status, bed, material, sides, grid = arrays.status, arrays.bed, arrays.material, arrays.sides, arrays.grid
     spans, walls, m, dry = arrays.spans.stepped, arrays.walls, grid.stride, material.dry
+    inflows, sections = arrays.inflows, arrays.sections
+    comes_in, measured = len(inflows.cell) > 0, len(sections.volume) > 0
     # rows of buffers have room for a whole vector more, so that none runs into the next
     room = m + LANES
     along, across, x_fluxes, y_fluxes, lost, before = arrays.buffers
@@ -261,6 +265,9 @@ def stage(
             if b == m - GHOSTS:
                 restrict_side(x_fluxes, ring + b, h, u, v, beta_x, j * m + b - 1, ONE, east, 1.0)
             close_x(walls, j, m, along, x_fluxes, ring)
+        if comes_in:
+            close_to_backflow(inflows, h, j, m, x_fluxes, y_fluxes, ring)
+        if a < b:
             short = outflow_limits(
                 h,
                 j * m + a,
@@ -297,6 +304,8 @@ def stage(
         short_before = short
         row = j - 1
         a, b = spans[0, row], spans[1, row]
+        if measured and row >= first - 1:
+            measure(sections, row, (a, b), hull(spans, row, row + 1), x_fluxes, y_fluxes, below, share * dt)
         if row < first or a >= b:
             continue
         south = ((row - 1) % RING) * room + a
@@ -304,25 +313,41 @@ def stage(
             mirror_fluxes(y_fluxes, south, below + a, b - a)
         # the last stage takes the place of the start: its loop would not vectorise on a row that it writes
         copy_row(start, row * m + a, b - a, before, a)
-        update_row(
-            before,
-            now,
-            out,
-            status,
-            bed,
-            material,
-            row * m + a,
-            a,
-            b - a,
-            x_fluxes,
-            below + a,
-            y_fluxes,
-            south,
-            below + a,
-            part,
-            dt,
-            grid,
-        )
+        # the whole row, and cells that flow comes into once more; one call, which is compiled into this loop
+        cell, c, count = row * m + a, a, b - a
+        e, stop = (inflows.first[row], inflows.first[row + 1]) if comes_in else (0, 0)
+        begin = e
+        while True:
+            update_row(
+                before,
+                now,
+                out,
+                status,
+                bed,
+                material,
+                cell,
+                c,
+                count,
+                x_fluxes,
+                below + c,
+                y_fluxes,
+                south - a + c,
+                below + c,
+                part,
+                dt,
+                grid,
+            )
+            if not comes_in:
+                break
+            dismiss(inflows, begin, e, x_fluxes, below + c, y_fluxes, south - a + c, below + c)
+            while e < stop and not a <= inflows.column[e] < b:
+                e += 1
+            if e >= stop:
+                break
+            cell, c, count = inflows.cell[e], inflows.column[e], 1
+            beta = beta_x[cell], beta_y[cell]
+            at = x_fluxes, below + c, y_fluxes, south - a + c, below + c
+            begin, e = e, admit(inflows, e, *at, h[cell], u[cell], v[cell], *beta)
         if row == GHOSTS and low not in (AXIS, MIDLINE):
             for k in range(south, south + b - a):
                 account(share * dt * grid.dx * -y_mass[k], 2, ledger)

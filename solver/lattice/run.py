@@ -29,6 +29,7 @@ from solver.kernels.state import (
 )
 from solver.lattice.arrays import RING, Buffers, LatticeArrays
 from solver.lattice.residual import stage
+from solver.lattice.sections import Doors, Geometry, doors_of, inflows_of, sections_of
 from solver.lattice.spans import Spans
 from solver.lattice.status import classify
 from solver.lattice.time_stepping import advance, advance_among_buildings, record_maxima
@@ -94,9 +95,13 @@ class LatticeRun(Run):
         self.parameters = zoned_parameters(scene)
         shown = (*initial, *(() if self.parameters is None else self.parameters))
         shown += () if scene.erodible_bed is None else (self.erodible,)
-        self.part = Part(lattice.shape) if whole else self._needed(shown)
-        room = self.part.room
-        self._make(room if whole or driven.any() else around(initial[0] > 0, room, LEAST_GROWTH))
+        # sections are of the whole lattice
+        whole_part = whole or bool(self.entrances) or bool(self.gauges)
+        self.part = Part(lattice.shape) if whole_part else self._needed(shown)
+        room, filled = self.part.room, initial[0] > 0
+        for each in self.entrances:
+            filled[each.placed.downstream] = True
+        self._make(room if whole or driven.any() else around(filled, room, LEAST_GROWTH))
         wet = initial[0][self.window.cut] > dry
         for k, (field, values) in enumerate(zip(self.now, initial, strict=True)):
             inside = values[self.window.cut]
@@ -104,7 +109,8 @@ class LatticeRun(Run):
         for j, row in enumerate(wet, GHOSTS):
             if row.any():
                 self.spans.wet[:, j] = GHOSTS + np.argmax(row), GHOSTS + len(row) - np.argmax(row[::-1])
-        self.rest_volume = scene.scheme.rest_share * self.volume / self.part.rows
+        to_come = sum(each.inflow.hydrograph.volume_until(end) for each in self.entrances)
+        self.rest_volume = scene.scheme.rest_share * (self.volume + to_come) / self.part.rows
         record_maxima(self.now, self.spans.wet, self.grid, dry, arrival_depth, self.record, self.progress)
 
     def _columns(self) -> Bed:
@@ -175,6 +181,37 @@ class LatticeRun(Run):
             self._inner(self.erosion.available)[...] = self.erodible[window.cut]
         depth, speed_squared, momentum_flux = np.zeros((3, ny * nx))
         self.record = Record(depth, speed_squared, momentum_flux, np.full(ny * nx, np.nan))
+        self._make_sections()
+
+    def _make_sections(self) -> None:
+        """Give inflows and sections their places in the window."""
+        if self.entrances:
+            doors, entered = doors_of(self.entrances, self.window, self.grid.stride), self.inflows.entered
+            self.inflows = inflows_of(self.entrances, doors, self.grid.rows, self._geometry(doors))
+            self.inflows.entered[: len(entered)] = entered
+        if self.gauges:
+            times = np.asarray(self.scene.section_times, dtype=np.float64)
+            self.sections = sections_of(self.gauges, times, self.window, self._flux_sizes, self.sections)
+
+    @property
+    def _flux_sizes(self) -> tuple[float, float]:
+        """What a flux of mass along x and along y is multiplied by for a discharge, m or 1."""
+        return self.lattice.dy, self.lattice.dx
+
+    def _geometry(self, doors: Doors) -> Geometry:
+        """Give what fluxes and velocities are at the doors of inflows."""
+        along_x, (x, y) = doors.along_x, doors.direction
+        dx, dy = self.lattice.dx, self.lattice.dy
+        unit = np.ones(len(doors.cell))
+        return Geometry(
+            along=np.where(along_x, x, y),
+            across=np.where(along_x, y, x),
+            own=np.stack([1.0 * along_x, 1.0 - along_x]),
+            length=np.where(along_x, dy, dx),
+            edge=unit,
+            beta=self.bed.normal[doors.column],
+            rate=np.stack([np.where(along_x, 1 / dx, 1 / dy), np.where(along_x, 1 / dy, 1 / dx)]),
+        )
 
     def _walls(self, buildings: NDArray[np.bool_]) -> Walls:
         """Give the cells of the window that are beside buildings."""
@@ -248,6 +285,8 @@ class LatticeRun(Run):
             buffers=self.buffers,
             record=self.record,
             erosion=self.erosion,
+            inflows=self.inflows,
+            sections=self.sections,
         )
 
     def _advance(self, target: float, max_steps: int) -> int:

@@ -18,6 +18,8 @@ from solver.kernels.runge_kutta import (
     Progress,
     march,
 )
+from solver.kernels.sections.inflow import await_inflow, begin_inflow
+from solver.kernels.sections.measured import sample
 from solver.kernels.state import GHOSTS, Fields, Grid
 from solver.lattice.arrays import LatticeArrays
 from solver.lattice.residual import stage
@@ -89,11 +91,16 @@ def begin_step(arrays: LatticeArrays, limits: Limits, progress: Progress) -> tup
     rate = classify(now, status, arrays.bed, arrays.material, sides, grid, spans)
     beside = classify_beside(now, status, arrays.bed, arrays.material, grid, arrays.walls, spans)
     rate = max(rate, beside)
+    waits = progress.time[0] < arrays.inflows.until[0]
+    if waits:
+        about = status.static, spans.wet, spans.moving
+        rate = await_inflow(arrays.inflows, progress.time[0], limits, rate, *about)
     rows = spread(spans, status.static, sides, grid)
     first, last, started = rows[0], rows[1], progress.steps[0] > 0
     outcome = CONTINUE
-    if first > last or not moving_volume_exceeds(
-        now, status.static, spans, sides, grid, limits.rest_volume, started
+    if not waits and (
+        first > last
+        or not moving_volume_exceeds(now, status.static, spans, sides, grid, limits.rest_volume, started)
     ):
         outcome = AT_REST
     elif comes_to(spans.stepped, grid, arrays.inner, first, last):
@@ -109,6 +116,8 @@ def take_stage(
     now, one, two = arrays.now, arrays.first_stage, arrays.second_stage
     first, last, cells = rows
     if k == 0:
+        if len(arrays.inflows.cell) > 0:
+            begin_inflow(arrays.inflows, progress.time[0], dt)
         copy_surroundings(now, one, arrays.spans.stepped, arrays.grid, first, last)
         copy_surroundings(now, two, arrays.spans.stepped, arrays.grid, first, last)
     source = now if k == 0 else (one if k % 2 == 1 else two)
@@ -122,7 +131,9 @@ def take_stage(
 
 @kernel(as_source=True, cached=False)
 def end_step(arrays: LatticeArrays, limits: Limits, progress: Progress) -> int:
-    """Record the maxima, and look for values that are not finite."""
+    """Record the maxima and what passed sections, and look for values that are not finite."""
+    if len(arrays.sections.volume) > 0:
+        sample(arrays.sections, progress.time[0])
     finite = record_maxima(
         arrays.now,
         arrays.spans.stepped,

@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 from solver.arrays import Array
 from solver.kernels.erosion import Erosion
 from solver.kernels.record import Record
+from solver.kernels.sections.inflow import Inflows
+from solver.kernels.sections.measured import Sections
 from solver.kernels.state import Fields, Grid, Material, Sides
 from solver.lattice.arrays import Buffers
 from solver.lattice.spans import Spans
@@ -46,3 +48,5 @@ class SurfaceArrays(NamedTuple):
     buffers: Buffers
     record: Record
     erosion: Erosion
+    inflows: Inflows
+    sections: Sections

@@ -16,6 +16,8 @@ from solver.compiled import ONE, kernel
 from solver.kernels.friction import law_at
 from solver.kernels.limiter import EMPTIED, afforded
 from solver.kernels.riemann import hll
+from solver.kernels.sections.inflow import admit, close_to_backflow, dismiss
+from solver.kernels.sections.measured import measure
 from solver.kernels.source_terms import acting_share, update_cell
 from solver.kernels.state import BELOW_YIELD, LANES, Fields, Fluxes, Material, whole
 from solver.lattice.arrays import RING
@@ -189,6 +191,7 @@ def stage(
     first: int,
     last: int,
     part: float,
+    share: float,
     dt: float,
 ) -> None:
     """One Runge-Kutta stage over the spans to be stepped.
@@ -201,11 +204,15 @@ def stage(
         Rows to be stepped, from `solver.lattice.spans.spread`.
     part : float
         Weight of this stage's result in the convex combination with ``start``.
+    share : float
+        Weight of this stage's fluxes in the whole step, for what passes sections.
     dt : float
         Time step, s.
     """
     static, metric, material, grid = arrays.static, arrays.metric, arrays.material, arrays.grid
     spans, walls, m, dry = arrays.spans.stepped, arrays.walls, grid.stride, material.dry
+    inflows, sections = arrays.inflows, arrays.sections
+    comes_in, measured = len(inflows.cell) > 0, len(sections.volume) > 0
     room = m + LANES
     along, across, x_fluxes, y_fluxes, lost, before = arrays.buffers
     h, u, v = now
@@ -232,6 +239,10 @@ def stage(
             hll(along, a - 1, along, a, static, cell, ONE, whole(b - a + 1), dry, x_fluxes, ring + a)
             close_x(walls, j, m, along, x_fluxes, ring)
             lengthen(x_fluxes, ring + a, x.length, cell, b - a + 1)
+        if comes_in:
+            close_to_backflow(inflows, h, j, m, x_fluxes, y_fluxes, ring)
+        if a < b:
+            cell = j * m + a - 1
             masses = x_mass, ring + a, y_mass, below + a, ring + a
             short = outflow_limits(h, metric.per_area, cell + 1, b - a, *masses, dt, lost, ring + a)
             if not short:
@@ -251,27 +262,45 @@ def stage(
         short_before = short
         row = j - 1
         a, b = spans[0, row], spans[1, row]
+        if measured and row >= first - 1:
+            across_y = hull(spans, row, row + 1)
+            measure(sections, row, (a, b), across_y, x_fluxes, y_fluxes, below, share * dt)
         if row < first or a >= b:
             continue
         south = ((row - 1) % RING) * room + a
         cell, count = row * m + a, b - a
         copy_row(start, cell, count, before, a)
-        update_row(
-            before,
-            a,
-            now,
-            out,
-            static,
-            metric,
-            material,
-            cell,
-            m,
-            count,
-            x_fluxes,
-            below + a,
-            y_fluxes,
-            south,
-            below + a,
-            part,
-            dt,
-        )
+        # the whole row, and cells that flow comes into once more; one call, which is compiled into this loop
+        c = a
+        e, stop = (inflows.first[row], inflows.first[row + 1]) if comes_in else (0, 0)
+        begin = e
+        while True:
+            update_row(
+                before,
+                c,
+                now,
+                out,
+                static,
+                metric,
+                material,
+                cell,
+                m,
+                count,
+                x_fluxes,
+                below + c,
+                y_fluxes,
+                south - a + c,
+                below + c,
+                part,
+                dt,
+            )
+            if not comes_in:
+                break
+            dismiss(inflows, begin, e, x_fluxes, below + c, y_fluxes, south - a + c, below + c)
+            while e < stop and not a <= inflows.column[e] < b:
+                e += 1
+            if e >= stop:
+                break
+            cell, c, count = inflows.cell[e], inflows.column[e], 1
+            at = x_fluxes, below + c, y_fluxes, south - a + c, below + c
+            begin, e = e, admit(inflows, e, *at, h[cell], u[cell], v[cell], g_n[cell], g_n[cell])

@@ -7,15 +7,17 @@ from numpy.typing import NDArray
 
 from solver.arrays import Array
 from solver.kernels.runge_kutta import Limits
+from solver.kernels.sections.inflow import HIGH_X, LOW_X, LOW_Y
 from solver.kernels.state import GHOSTS, Bed
 from solver.lattice.run import LatticeRun
+from solver.lattice.sections import Doors, Geometry
 from solver.lattice.window import Part, Window
 from solver.physics.earth_pressure import Isotropic
-from solver.physics.elevation import Surface, edges_of, lifted_area
+from solver.physics.elevation import Surface, edges_of, frames_of, lifted_area, plan_slopes
 from solver.points.lattice import Lattice
 from solver.scene import Scene
 from solver.surface.arrays import SurfaceArrays
-from solver.surface.metric import metric_of
+from solver.surface.metric import Metric, metric_of
 from solver.surface.residual import stage
 from solver.surface.status import classify_surface
 from solver.surface.time_stepping import advance_among_buildings, advance_surface, empty_drains
@@ -54,8 +56,9 @@ class SurfaceRun(LatticeRun):
         if not isinstance(scene.earth_pressure, Isotropic):
             raise ValueError("earth pressure on a surface must be isotropic")
         self.surface = surface
-        corners = surface.corners(*(edges_of(a, lattice.dx) for a in (lattice.x_points, lattice.y_points)))
-        self._area = lifted_area(corners, lattice.dx)
+        edges = (edges_of(a, lattice.dx) for a in (lattice.x_points, lattice.y_points))
+        self._corners = surface.corners(*edges)
+        self._area = lifted_area(self._corners, lattice.dx)
         super().__init__(scene, end, arrival_depth, whole)
         # what is released in a drain has left
         empty_drains(self.now, self.metric, self.spans.wet, self.grid, self.progress.ledger)
@@ -78,7 +81,6 @@ class SurfaceRun(LatticeRun):
         return Part(self.lattice.shape)
 
     def _make(self, window: Window) -> None:
-        super()._make(window)
         lattice, scene = self.lattice, self.scene
         (ny, nx), d = lattice.shape, lattice.dx
         columns = np.arange(window.west - GHOSTS, window.east + GHOSTS)
@@ -97,8 +99,37 @@ class SurfaceRun(LatticeRun):
             scene.least_coefficient,
             scene.scheme.cfl,
         )
+        super()._make(window)
         if self.walls is not None:
             set_walls(self.walls, self.metric, self.grid.stride, d, scene.least_coefficient)
+
+    @property
+    def _flux_sizes(self) -> tuple[float, float]:
+        return 1.0, 1.0
+
+    def _geometry(self, doors: Doors) -> Geometry:
+        c, s, length = frame_at(self.metric, doors, self.grid.stride)
+        rows, columns = (
+            at - GHOSTS + start
+            for at, start in ((doors.row, self.window.south), (doors.column, self.window.west))
+        )
+        e_1, e_2 = (frame[:, rows, columns] for frame in frames_of(self._corners, self.lattice.dx))
+        slopes = plan_slopes(self._corners, self.lattice.dx)
+        x, y = doors.direction
+        flow = np.stack([x, y, slopes[0][rows, columns] * x + slopes[1][rows, columns] * y])
+        flow /= np.sqrt((flow * flow).sum(0))
+        u, v = (flow * e_1).sum(0), (flow * e_2).sum(0)
+        per_area, metric = self.metric.per_area[doors.cell], self.metric
+        rates = [edges.length[doors.cell] * per_area for edges in (metric.x_edges, metric.y_edges)]
+        return Geometry(
+            along=c * u + s * v,
+            across=c * v - s * u,
+            own=np.stack([c, s]),
+            length=np.ones(len(c)),
+            edge=length,
+            beta=metric.g_n[doors.cell],
+            rate=np.stack([np.where(doors.along_x, *rates), np.where(doors.along_x, *reversed(rates))]),
+        )
 
     @property
     def arrays(self) -> SurfaceArrays:  # type: ignore[override]
@@ -118,6 +149,8 @@ class SurfaceRun(LatticeRun):
             buffers=self.buffers,
             record=self.record,
             erosion=self.erosion,
+            inflows=self.inflows,
+            sections=self.sections,
         )
 
     def _step(self, limits: Limits) -> int:
@@ -130,12 +163,34 @@ class SurfaceRun(LatticeRun):
             about = self.metric, self.material, self.grid
             classify_surface(self.now, self.status.static, *about, self.spans)
             return
-        stage(self.arrays, self.now, self.now, self.stages[0], GHOSTS, GHOSTS, 1.0, 0.0)
+        stage(self.arrays, self.now, self.now, self.stages[0], GHOSTS, GHOSTS, 1.0, 1.0, 0.0)
 
     @property
     def volume(self) -> float:
         """Volume in the domain, m3."""
         return float((self._expanded(self.now.h) * self._area).sum())
+
+
+def frame_at(metric: Metric, doors: Doors, stride: int) -> tuple[Array, Array, Array]:
+    """Components of the normals of doors in the frames of their cells, and lengths (m), three of shape (n,).
+
+    stride : length of a padded row.
+    """
+    low = (doors.side == LOW_X) | (doors.side == LOW_Y)
+    behind = np.where(doors.side <= HIGH_X, 1, stride)
+    edge = doors.cell - low * behind
+    found = [
+        np.stack(
+            [
+                np.where(low, e.c_high[edge], e.c_low[edge]),
+                np.where(low, e.s_high[edge], e.s_low[edge]),
+                e.length[edge],
+            ]
+        )
+        for e in (metric.x_edges, metric.y_edges)
+    ]
+    c, s, length = np.where(doors.along_x, *found)
+    return c, s, length
 
 
 def drains(

@@ -15,6 +15,8 @@ from solver.kernels.runge_kutta import (
     Progress,
     march,
 )
+from solver.kernels.sections.inflow import await_inflow, begin_inflow
+from solver.kernels.sections.measured import sample
 from solver.kernels.state import GHOSTS, Fields, Grid
 from solver.lattice.spans import comes_to, copy_surroundings, spread
 from solver.lattice.time_stepping import Rows, record_maxima
@@ -73,11 +75,15 @@ def begin_step(arrays: SurfaceArrays, limits: Limits, progress: Progress) -> tup
     rate = classify_surface(now, static, arrays.metric, arrays.material, grid, spans)
     about = arrays.metric, arrays.material, grid, arrays.walls
     rate = max(rate, classify_edges_beside(now, static, *about, spans))
+    waits = progress.time[0] < arrays.inflows.until[0]
+    if waits:
+        rate = await_inflow(arrays.inflows, progress.time[0], limits, rate, static, spans.wet, spans.moving)
     rows = spread(spans, static, arrays.sides, grid)
     first, last, started = rows[0], rows[1], progress.steps[0] > 0
     outcome = CONTINUE
-    if first > last or not moving_volume_exceeds(
-        now, static, spans, arrays.metric, grid, limits.rest_volume, started
+    if not waits and (
+        first > last
+        or not moving_volume_exceeds(now, static, spans, arrays.metric, grid, limits.rest_volume, started)
     ):
         outcome = AT_REST
     elif comes_to(spans.stepped, grid, arrays.inner, first, last):
@@ -93,11 +99,13 @@ def take_stage(
     now, one, two = arrays.now, arrays.first_stage, arrays.second_stage
     first, last, cells = rows
     if k == 0:
+        if len(arrays.inflows.cell) > 0:
+            begin_inflow(arrays.inflows, progress.time[0], dt)
         copy_surroundings(now, one, arrays.spans.stepped, arrays.grid, first, last)
         copy_surroundings(now, two, arrays.spans.stepped, arrays.grid, first, last)
     source = now if k == 0 else (one if k % 2 == 1 else two)
     out = now if k == len(SSP_RK3) - 1 else (one if k % 2 == 0 else two)
-    stage(arrays, now, source, out, first, last, part, dt)
+    stage(arrays, now, source, out, first, last, part, share, dt)
     if k == len(SSP_RK3) - 1 and arrays.erosion.available.size > 0:
         erode(arrays, first, last, dt)
     progress.cell_stages[0] += cells
@@ -106,7 +114,9 @@ def take_stage(
 
 @kernel()
 def end_step(arrays: SurfaceArrays, limits: Limits, progress: Progress) -> int:
-    """Record the maxima, look for values that are not finite, and empty the drains."""
+    """Record the maxima and what passed sections, look for values not finite, and empty the drains."""
+    if len(arrays.sections.volume) > 0:
+        sample(arrays.sections, progress.time[0])
     now, spans, grid = arrays.now, arrays.spans.stepped, arrays.grid
     dry, record = arrays.material.dry, arrays.record
     finite = record_maxima(now, spans, grid, dry, limits.arrival_depth, record, progress)

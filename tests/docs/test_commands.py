@@ -135,7 +135,7 @@ def folder(shipped, tmp_path_factory) -> Path:
     shutil.copytree(ROOT / "docs", here / "docs")
     # other tests look at the results of the catalogue too
     shutil.copytree(shipped.out, here / "results", copy_function=os.link)
-    block, _ = re.findall(r"^```yaml\n(.*?)^```$", TEXTS["README.md"], flags=re.MULTILINE | re.DOTALL)
+    block, *_ = re.findall(r"^```yaml\n(.*?)^```$", TEXTS["README.md"], flags=re.MULTILINE | re.DOTALL)
     (here / "heap.yaml").write_text(smaller(block, "heap"))
     (here / "outline.csv").write_text("x,y\n60,-20\n100,-20\n100,20\n60,20\n")
     return here

@@ -1,5 +1,6 @@
 import re
 import shutil
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ from typer.testing import CliRunner
 
 from pipeline.cli.app import app
 from pipeline.runs.runs import expand
-from pipeline.scenario.scenario import load
+from pipeline.scenario.scenario import Scenario, load
 from pipeline.store.zarr_store import open_store
 
 TEXT = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -58,7 +59,7 @@ def test_the_solver_snippet_gives_what_the_pipeline_stores(shipped, capsys):
 
 
 def test_the_scenario_holds(tmp_path):
-    text, _ = blocks("yaml")
+    text, _, _ = blocks("yaml")
     path = tmp_path / "heap.yaml"
     path.write_text(text)
     (scenario,) = load([path])
@@ -67,14 +68,27 @@ def test_the_scenario_holds(tmp_path):
 
 
 def test_the_scenario_on_an_elevation_model_holds(tmp_path):
-    _, text = blocks("yaml")
-    for name in ("terrain.tif", "releases.gpkg", "buildings.gpkg"):
-        shutil.copy(ROOT / "scenarios" / "torrent" / name, tmp_path)
-    path = tmp_path / "torrent.yaml"
-    path.write_text(text)
-    (scenario,) = load([path])
+    _, text, _ = blocks("yaml")
+    scenario = on_torrent(tmp_path, text)
     assert len(expand(scenario)) == 1
     assert {receptor.name for receptor in scenario.settings.receptors} >= {"school", "farm"}
+
+
+def test_the_inflow_and_the_section_hold_on_the_elevation_model(tmp_path):
+    _, text, more = blocks("yaml")
+    (tmp_path / "q.csv").write_text("time (s),discharge (m3/s)\n0,0\n20,60\n200,0\n")
+    settings = on_torrent(tmp_path, text + more).settings
+    assert [each.name for each in settings.inflow] == ["apex"]
+    assert [each.name for each in settings.sections] == ["bridge"]
+
+
+def on_torrent(folder: Path, text: str) -> Scenario:
+    for name in ("terrain.tif", "releases.gpkg", "buildings.gpkg"):
+        shutil.copy(ROOT / "scenarios" / "torrent" / name, folder)
+    path = folder / "torrent.yaml"
+    path.write_text(text)
+    (scenario,) = load([path])
+    return scenario
 
 
 @pytest.mark.parametrize("command", re.findall(r"^\| `pipeline ([^`]+)`", TEXT, flags=re.MULTILINE))

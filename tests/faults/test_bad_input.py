@@ -23,7 +23,7 @@ MATERIAL = "material: {bed_friction: 20, internal_friction: 30}"
 TIME = "time: {end: 1}"
 TABLE = "terrain: {profile: table, file: missing.csv, smoothing: 1}"
 SHAPES = "hemisphere, cap, paraboloid, box, cylinder, polygons"
-SECTIONS = "gravity, terrain, release, material, erodible_bed, structures, boundaries, scheme"
+SECTIONS = "gravity, terrain, release, inflow, material, erodible_bed, structures, boundaries, scheme"
 
 
 @pytest.mark.parametrize(
@@ -38,7 +38,7 @@ SECTIONS = "gravity, terrain, release, material, erodible_bed, structures, bound
         pytest.param(
             TIME,
             "time: {end: 1}\nspeed: 3",
-            "9:1: speed: expected one of the keys name, description, gravity, terrain, domain, points, release, material, erodible_bed, structures, boundaries, scheme, time, output, sweep, sample, weights, return_periods, receptors, georeference, hazard, report, found 'speed'. Did you mean 'hazard.speed'?",
+            "9:1: speed: expected one of the keys name, description, gravity, terrain, domain, points, release, inflow, sections, material, erodible_bed, structures, boundaries, scheme, time, output, sweep, sample, weights, return_periods, receptors, georeference, hazard, report, found 'speed'. Did you mean 'hazard.speed'?",
             id="unknown section",
         ),
         pytest.param(

@@ -269,6 +269,45 @@ def _box(x0: float, x1: float, y0: float, y1: float, h: float) -> Data:
     return {"shape": "box", **bounds, "height": rounded(h)}
 
 
+def draw_inflow(
+    rng: Generator, terrain: Data, material: Data, domain: Data, spacing: float, end: float, gravity: float
+) -> tuple[list[Data], str]:
+    """Draw a hydrograph through a section on a side or inside, of any direction; none for most scenes."""
+    kind = chosen(rng, {"none": 0.6, "at a side": 0.2, "inside": 0.2})
+    if kind == "none":
+        return [], "none"
+    (x0, x1), (y0, y1) = domain["x"], domain["y"]
+    if kind == "at a side":
+        place = (x0, (y0 + y1) / 2) if rng.random() < 0.7 else ((x0 + x1) / 2, y0)
+        turn = np.pi / 2 if place[0] == x0 else 0.0
+    else:
+        place = rng.uniform(x0 + 0.1 * (x1 - x0), x1 - 0.3 * (x1 - x0)), rng.uniform(y0, y1)
+        turn = np.pi / 2 if rng.random() < 0.6 else rng.uniform(0, np.pi)
+    half = 0.5 * spacing * log_uniform(rng, 1.0, 20.0)
+    way = np.array([np.cos(turn), np.sin(turn)]) * half
+    ends = [np.clip(np.add(place, sign * way), (x0, y0), (x1, y1)) for sign in (-1, 1)]
+    width = max(float(np.hypot(*(ends[1] - ends[0]))), spacing)
+    depth = spacing * log_uniform(rng, 0.02, 2.0)
+    froude = log_uniform(rng, 0.2, 4.0)
+    peak = rounded(froude * math.sqrt(gravity * depth) * depth * width)
+    lasts = end * log_uniform(rng, 0.02, 1.5)
+    graph = {
+        "shape": "triangle",
+        "volume": rounded(peak * lasts / 2),
+        "peak_discharge": peak,
+        "rise": rounded(rng.uniform(0.02, 0.98)),
+        "start": rounded(end * rng.uniform(0, 0.3)) if rng.random() < 0.5 else 0.0,
+    }
+    section = [[rounded(float(a)) for a in each] for each in ends]
+    if section[0] == section[1]:
+        return [], "none"
+    inflow: Data = {"name": "section", "section": section, "hydrograph": graph}
+    given = chosen(rng, {"froude": 0.5, "speed": 0.2, "depth": 0.3})
+    speed = rounded(froude * math.sqrt(gravity * depth))
+    inflow[given] = {"froude": rounded(froude), "speed": speed, "depth": rounded(depth)}[given]
+    return [inflow], kind
+
+
 def draw_sides(
     rng: Generator, height: float, narrow: bool, kind: str, terrain: Data, material: Data
 ) -> tuple[Data, str]:

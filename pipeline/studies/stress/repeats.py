@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any, TypeVar
 
@@ -11,6 +11,8 @@ import numpy as np
 from pipeline.studies.stress.scenes import Drawn, prepared
 from solver.checks.invariants import Check
 from solver.forms import begin
+from solver.inflow.conditions import Inflow
+from solver.inflow.hydrograph import Hydrograph
 from solver.points.cloud import PointCloud
 from solver.points.lattice import Lattice
 from solver.run import Run
@@ -18,13 +20,18 @@ from solver.scene import Boundaries, Scene
 
 T = TypeVar("T")
 # Steps that are repeated; what mirrors to round-off only is compared after fewer.
-STEPS, FEW_STEPS = 60, 10
+STEPS, FEW_STEPS, FIRST_STEPS = 60, 10, 3
 # Largest difference of depth of what mirrors to round-off, as part of the largest depth.
 ROUND_OFF = 1e-9
+# roots of what is next to nothing make this of a last bit
+ROOT_OF_ROUND_OFF = 1.5e-8
 # Gravity and lengths are scaled by a power of 4, whose root is exact.
 FACTOR = 4.0
 # Keys of lengths, wherever they stand.
 LENGTHS = {"x", "y", "spacing", "centre", "radius", "radii", "height", "start", "end", "joint", "depth"}
+LENGTHS |= {"section"}
+# Powers of length that keys of inflows, and velocities, grow with.
+POWERS = {"velocity": 0.5, "speed": 0.5, "volume": 3.0, "peak_discharge": 2.5, "start_time": 0.5}
 # Powers of gravity and of length that parameters of friction grow with.
 OF_FRICTION = {
     "turbulent_friction": (1.0, 0.0),
@@ -67,6 +74,9 @@ def repeat(drawn: Drawn) -> list[Check]:
         checks.append(Check("mirrors to round-off", gap / max(float(scene.depth.max()), 1e-300), ROUND_OFF))
     if ROOTS & set(vars(scene.friction)):
         return checks
+    if scene.inflows:
+        # depths of discharges are found by logarithms, which no unit leaves as they are
+        return [*checks, *_scaled_inflow(drawn, scene, end)]
     strong = _stepped(stronger(scene), end / np.sqrt(FACTOR), STEPS)
     checks.append(Check("gravity scales time", _scaled(strong, whole, 1.0, np.sqrt(FACTOR)), 0.0))
     if exact:
@@ -74,6 +84,19 @@ def repeat(drawn: Drawn) -> list[Check]:
         run = _stepped(large.scene, float(large.times[-1]), STEPS)
         checks.append(Check("length scales", _scaled(run, whole, FACTOR, np.sqrt(FACTOR)), 0.0))
     return checks
+
+
+def _scaled_inflow(drawn: Drawn, scene: Scene, end: float) -> Iterator[Check]:
+    """Compare a scene with an inflow under a stronger gravity and on a larger scale, to round-off."""
+    few = _stepped(scene, end, FIRST_STEPS)
+    large = prepared(larger(drawn))
+    others = {
+        "gravity scales time, with inflow": (_stepped(stronger(scene), end / 2.0, FIRST_STEPS), 1.0),
+        "length scales, with inflow": (_stepped(large.scene, float(large.times[-1]), FIRST_STEPS), FACTOR),
+    }
+    for law, (run, length) in others.items():
+        gap = float(np.abs(run.state[0] - length * few.state[0]).max(initial=0.0))
+        yield Check(law, gap / max(length * few.deepest, 1e-300), ROOT_OF_ROUND_OFF)
 
 
 def _stepped(scene: Scene, end: float, steps: int) -> Run:
@@ -126,6 +149,10 @@ def mirrored(scene: Scene) -> Scene:
         boundaries=Boundaries(sides.x_min, sides.x_max, sides.y_max, sides.y_min),
         operators=None,
         erodible_bed=bed,
+        # from the other end, so that the right hand of who walks along is mirrored too
+        inflows=tuple(
+            replace(each, line=tuple((x, -y) for x, y in reversed(each.line))) for each in scene.inflows
+        ),
     )
 
 
@@ -141,6 +168,17 @@ def stronger(scene: Scene) -> Scene:
         velocity_y=speed * scene.velocity_y,
         friction=_grown(scene.friction, OF_FRICTION),
         erodible_bed=bed,
+        inflows=tuple(_faster(each, float(speed)) for each in scene.inflows),
+    )
+
+
+def _faster(inflow: Inflow, factor: float) -> Inflow:
+    """Make an inflow faster by a factor, and as much shorter."""
+    graph = inflow.hydrograph
+    return replace(
+        inflow,
+        hydrograph=Hydrograph(graph.times / factor, graph.discharges * factor),
+        speed=None if inflow.speed is None else inflow.speed * factor,
     )
 
 
@@ -166,13 +204,15 @@ def larger(drawn: Drawn) -> Drawn:
     return replace(drawn, data=data, points=points)
 
 
-def _lengths(value: Any, key: str = "") -> Any:
+def _lengths(value: Any, key: Any = "") -> Any:
     """Scale all lengths and velocities in a part of a scenario file."""
     if isinstance(value, dict):
-        return {name: _lengths(inner, name) for name, inner in value.items()}
+        # the start of a hydrograph is a time
+        times = {"start": "start_time"} if "peak_discharge" in value else {}
+        return {name: _lengths(inner, times.get(name, name)) for name, inner in value.items()}
     if isinstance(value, list | tuple):
         return [_lengths(inner, key) for inner in value]
     if isinstance(value, bool | str):
         return value
-    factor = FACTOR if key in LENGTHS else float(np.sqrt(FACTOR)) if key == "velocity" else 1.0
+    factor = FACTOR if key in LENGTHS else FACTOR ** POWERS.get(key, 0.0)
     return factor * value if factor != 1.0 else value

@@ -50,6 +50,8 @@ OTHER_LAWS = 0.3
 # Share of the scenes of the conservative form on a bed that erodes; drawn apart, so that all else of a scene
 # is as it would be without.
 ERODING, OF_EROSION = 0.25, 19
+# what inflows are drawn by, beside seed and number of a scene
+INFLOW = 20
 
 
 @dataclass(frozen=True)
@@ -120,6 +122,16 @@ def draw(seed: int, number: int) -> Drawn:
             "end": draws.rounded(min(max(crossing, stopping), MOST_STEPS * spacing / (waves + falling)))
         },
     }
+    comes_in = "none"
+    if kind == "lattice":
+        # drawn apart, so that scenes without are those that they were
+        own = np.random.default_rng([seed, number, INFLOW])
+        about = terrain, material, data["domain"], spacing, data["time"]["end"], gravity
+        inflow, comes_in = draws.draw_inflow(own, *about)
+        if inflow:
+            data["inflow"] = inflow
+            if own.random() < 0.3:
+                del data["release"]
     if kind == "collocation":
         data["scheme"] = {"form": "collocation"}
     eroding = np.random.default_rng([seed, number, OF_EROSION])
@@ -144,6 +156,7 @@ def draw(seed: int, number: int) -> Drawn:
         "friction": draws.friction_class(material),
         "erosion": erosion,
         "sides": boundary,
+        "inflow": comes_in if "release" in data else f"{comes_in}, no release",
         "gravity": "below 0.1" if gravity < 0.1 else "0.1 to 5" if gravity < 5 else "above 5",
         "size of the heap": draws.size_class(radius),
         "cells across": draws.across_class(across),

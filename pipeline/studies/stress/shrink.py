@@ -47,7 +47,10 @@ def _simpler(drawn: Drawn) -> Iterator[Drawn]:
         return replace(drawn, data={**copy.deepcopy(drawn.data), **copy.deepcopy(sections)})
 
     data = drawn.data
-    releases = data["release"]
+    releases = data.get("release", [])
+    if data.get("inflow") and releases:
+        yield replace(drawn, data={name: value for name, value in data.items() if name != "inflow"})
+        yield replace(drawn, data={name: value for name, value in data.items() if name != "release"})
     for k in range(len(releases)):
         if len(releases) > 1:
             yield changed(release=[r for i, r in enumerate(releases) if i != k])

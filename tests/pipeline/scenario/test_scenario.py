@@ -144,7 +144,7 @@ def test_too_many_runs_are_refused_without_trying_them(scenario_file):
 
 def test_the_schema_describes_every_key():
     schema = json_schema()
-    assert set(schema["required"]) == {"name", "terrain", "points", "release", "material"}
+    assert set(schema["required"]) == {"name", "terrain", "points", "material"}
     models = [schema, *(model for model in schema["$defs"].values() if "properties" in model)]
     assert all("description" in info for model in models for info in model["properties"].values())
     assert schema["$defs"]["Bend"]["properties"]["start"]["unit"] == "m"

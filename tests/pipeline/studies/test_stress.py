@@ -35,6 +35,17 @@ def test_the_same_seed_and_number_draw_the_same_scene():
     assert 0.05 < np.mean([is_repeated(1, k) for k in range(400)]) < 0.15
 
 
+def test_a_share_of_the_scenes_on_lattices_has_inflows_beside_a_release_or_alone():
+    drawn = [draw(1, k) for k in range(300)]
+    fed = [each for each in drawn if "inflow" in each.data]
+    assert {each.labels["points"] for each in fed} == {"lattice"}
+    lattices = [each for each in drawn if each.labels["points"] == "lattice"]
+    assert 0.25 < len(fed) / len(lattices) < 0.55
+    alone = [each for each in fed if "release" not in each.data]
+    assert 0 < len(alone) < len(fed)
+    assert {"at a side", "inside"} <= {each.labels["inflow"] for each in fed}
+
+
 def test_a_drawn_scene_is_a_scenario_file(tmp_path):
     drawn = next(d for d in (draw(1, k) for k in range(50)) if d.points is not None)
     again = read(drawn.write(tmp_path))

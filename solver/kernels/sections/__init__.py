@@ -1,0 +1,1 @@
+"""What comes in through sections, and what passes them."""

@@ -1,0 +1,385 @@
+"""What comes in through sections: its volume in a step, its depth and speed, and the faces it passes.
+
+The flux of mass through a section is the exact increment of its cumulated hydrograph, the same in all stages.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from solver.arrays import Array, Indices
+from solver.compiled import kernel
+from solver.inflow.hydrograph_kernels import (
+    Hydrographs,
+    depth_of,
+    next_flow,
+    no_hydrographs,
+    peak_within,
+    unit_discharge,
+    volume_until,
+)
+from solver.kernels.runge_kutta import Limits
+from solver.kernels.state import Fluxes
+
+# Sides of a cell.
+LOW_X, HIGH_X, LOW_Y, HIGH_Y = 0, 1, 2, 3
+# Halvings of an interval and steps of Newton's method that leave nothing but round-off.
+_HALVINGS, _STEPS = 60, 30
+
+
+class Inflows(NamedTuple):
+    """Faces that flow comes in through, sorted by cell, and the hydrographs of their sections.
+
+    Attributes
+    ----------
+    first, closed, order
+        The faces of the cells of padded row j are ``first[j]`` to ``first[j + 1]``. Fluxes found with row j
+        are those of the faces ``order[k]``, k from ``closed[j]`` to ``closed[j + 1]``.
+    cell, column, side, section
+        Index of the cell that flow comes into, its column, the side of it, the number of the section.
+    sign
+        1 where flow comes in toward the high side of the face, else -1.
+    along, across
+        Components of the direction of flow normal to the face, in the direction of the lattice, and along it.
+    own
+        Components of the normal of the face in the frame of the cell, shape (2, faces).
+    width, length, bottom, slant
+        Width across the flow and what fluxes are divided by (m, or 1 where they are multiplied by lengths of
+        edges), elevation of the bed, m, and depth normal to the bed per vertical depth.
+    edge
+        What pressure is multiplied by: length of the edge, m, or 1.
+    beta
+        g cos(xi) of the cell, m s-2.
+    rate
+        Rates that a speed along and across the face has, shape (2, faces), m-1.
+    mass, depth, speed
+        Of the step: flux of mass, of the size of other fluxes, depth (m) and speed (m s-1) of what comes in.
+    graphs
+        Hydrographs of the sections.
+    total, opened, flowing, entered
+        Of each section: width, m, whether its cells take part in the step, mean discharge in it, m3 s-1, and
+        volume that has come in, m3.
+    until
+        Time after which nothing comes in, s, shape (1,).
+    before
+        Fluxes of faces while others stand in their place, shape (4, faces).
+    """
+
+    first: Indices
+    closed: Indices
+    order: Indices
+    cell: Indices
+    column: Indices
+    side: Indices
+    section: Indices
+    sign: Array
+    along: Array
+    across: Array
+    own: Array
+    width: Array
+    length: Array
+    bottom: Array
+    slant: Array
+    edge: Array
+    beta: Array
+    rate: Array
+    mass: Array
+    depth: Array
+    speed: Array
+    graphs: Hydrographs
+    total: Array
+    opened: Array
+    flowing: Array
+    entered: Array
+    until: Array
+    before: Array
+
+
+@kernel()
+def depth_under(inflows: Inflows, e: int, level: float) -> float:
+    """Depth normal to the bed at face e under a level surface at an elevation, m."""
+    return float(max(0.0, level - inflows.bottom[e]) * inflows.slant[e])
+
+
+@kernel()
+def discharge_under(inflows: Inflows, k: int, level: float) -> float:
+    """Discharge of section k by its rating under a level surface at an elevation (m), m3 s-1."""
+    total = 0.0
+    for e in range(len(inflows.cell)):
+        if inflows.section[e] == k:
+            total += inflows.width[e] * unit_discharge(inflows.graphs, k, depth_under(inflows, e, level))
+    return total
+
+
+@kernel()
+def fill_section(inflows: Inflows, k: int, discharge: float) -> None:
+    """Share a discharge (m3 s-1) over the faces of section k under a level surface.
+
+    Where the bed is level all have the depth of the mean discharge per width. Otherwise the level is found by
+    halving; the shares are those of the rating, and add up to the discharge exactly.
+    """
+    width, lowest, highest, slant = inflows.total[k], math.inf, -math.inf, 1.0
+    for e in range(len(inflows.cell)):
+        if inflows.section[e] == k:
+            highest = max(highest, inflows.bottom[e])
+            if inflows.bottom[e] < lowest:
+                lowest, slant = inflows.bottom[e], inflows.slant[e]
+    mean, fixed = depth_of(inflows.graphs, k, discharge / width), inflows.graphs.fixed[k]
+    if fixed > 0.0:
+        level = lowest + fixed / slant
+    elif highest == lowest:
+        level = lowest + mean / slant
+    else:
+        low, high = lowest, highest + 2.0 * mean / slant
+        while discharge_under(inflows, k, high) < discharge:
+            high += high - lowest
+        for _ in range(_HALVINGS):
+            middle = 0.5 * (low + high)
+            if discharge_under(inflows, k, middle) < discharge:
+                low = middle
+            else:
+                high = middle
+        level = high
+    total = discharge_under(inflows, k, level)
+    for e in range(len(inflows.cell)):
+        if inflows.section[e] == k:
+            h = depth_under(inflows, e, level)
+            # what the level is above a bed at one elevation is round-off of elevations
+            h = (fixed if fixed > 0.0 else mean) if highest == lowest else h
+            part = unit_discharge(inflows.graphs, k, h) if highest > lowest else 1.0
+            part *= discharge / (total if highest > lowest else width)
+            inflows.depth[e] = h
+            inflows.speed[e] = part / h if h > 0.0 else 0.0
+            inflows.mass[e] = part * inflows.width[e] / inflows.length[e]
+
+
+@kernel()
+def await_inflow(
+    inflows: Inflows, time: float, limits: Limits, rate: float, static: Array, wet: Indices, moving: Indices
+) -> float:
+    """Let what comes in before long count in the length of the step, and its cells take part in it.
+
+    Parameters
+    ----------
+    time : float
+        At the start of the step, s.
+    rate : float
+        Largest wave rate of what flows already, s-1.
+    static : flat array
+        Status of the cells, set to 0 where flow comes in.
+    wet, moving : (2, rows) arrays
+        Spans of padded rows, which are made to hold these cells.
+
+    Returns
+    -------
+    float
+        Largest wave rate, that of what comes in included, s-1.
+    """
+    remaining = limits.target - time
+    horizon = min(limits.cfl / rate, remaining) if rate > 0.0 else remaining
+    for k in range(len(inflows.flowing)):
+        start = next_flow(inflows.graphs, k, time)
+        if start - time >= horizon:
+            continue
+        if start - time > 2.0 * limits.shortest:
+            # a step ends where the flow begins
+            rate = max(rate, limits.cfl / (start - time))
+            horizon = min(horizon, start - time)
+            continue
+        peak = peak_within(inflows.graphs, k, time, time + horizon)
+        if peak <= 0.0:
+            continue
+        fill_section(inflows, k, peak)
+        for e in range(len(inflows.cell)):
+            if inflows.section[e] == k and inflows.mass[e] > 0.0:
+                wave, u = math.sqrt(inflows.beta[e] * inflows.depth[e]), inflows.speed[e]
+                along, across = abs(inflows.along[e]) * u, abs(inflows.across[e]) * u
+                this = (along + wave) * inflows.rate[0, e] + (across + wave) * inflows.rate[1, e]
+                rate = max(rate, this)
+    for k in range(len(inflows.flowing)):
+        soon = next_flow(inflows.graphs, k, time) - time <= 2.0 * limits.shortest
+        inflows.opened[k] = 1.0 if soon else 0.0
+    for j in range(len(inflows.first) - 1):
+        for e in range(inflows.first[j], inflows.first[j + 1]):
+            if inflows.opened[inflows.section[e]] > 0.0:
+                c, static[inflows.cell[e]] = inflows.column[e], 0.0
+                for spans in (wet, moving):
+                    if spans[0, j] < spans[1, j]:
+                        spans[0, j], spans[1, j] = min(spans[0, j], c), max(spans[1, j], c + 1)
+                    else:
+                        spans[0, j], spans[1, j] = c, c + 1
+    return rate
+
+
+@kernel()
+def begin_inflow(inflows: Inflows, time: float, dt: float) -> None:
+    """Find what comes in during a step from a time on (s), and count its volume.
+
+    It is what the hydrograph has let in by the end of the step less what has come in before.
+    """
+    for k in range(len(inflows.flowing)):
+        inflows.flowing[k] = 0.0
+        volume = volume_until(inflows.graphs, k, time + dt) - inflows.entered[k]
+        opened = inflows.opened[k] > 0.0 and time < inflows.until[0]
+        if opened and volume > 0.0 and dt > 0.0:
+            inflows.flowing[k] = volume / dt
+            fill_section(inflows, k, volume / dt)
+            inflows.entered[k] += volume
+
+
+@kernel()
+def close_to_backflow(
+    inflows: Inflows, h: Array, row: int, stride: int, x_fluxes: Fluxes, y_fluxes: Fluxes, ring: int
+) -> None:
+    """Let nothing out against the flow through the faces whose fluxes were found with a row.
+
+    What lies above such a face feels its own pressure there, as at a wall.
+
+    Parameters
+    ----------
+    h : flat array
+        Depth, m.
+    row, stride : int
+        Padded row, and distance in memory to the next one.
+    ring : int
+        Index of column 0 of the row in the fluxes.
+    """
+    for n in range(inflows.closed[row], inflows.closed[row + 1]):
+        e = inflows.order[n]
+        if inflows.flowing[inflows.section[e]] <= 0.0:
+            continue
+        at = ring + inflows.column[e] + (1 if inflows.side[e] == HIGH_X else 0)
+        fluxes = x_fluxes if inflows.side[e] <= HIGH_X else y_fluxes
+        if inflows.sign[e] * fluxes.mass[at] <= 0.0:
+            fluxes.mass[at] = fluxes.normal[at] = fluxes.tangential[at] = 0.0
+            away = 1 if inflows.side[e] <= HIGH_X else stride
+            above = h[inflows.cell[e] - away * int(inflows.sign[e])]
+            fluxes.pressure[at] = 0.5 * above * above * inflows.edge[e]
+
+
+@kernel()
+def inflow_depth(mass: float, inside: float, h: float, beta: float) -> float:
+    """Depth, m, of flow that comes in slower than its waves, by the invariant ``u - 2 c`` from inside.
+
+    It is that of ``mass / d - 2 sqrt(beta d) = inside - 2 sqrt(beta h)``, at least the critical depth, and
+    presses at most as the HLL flux of what meets in the cell does: a thin cell that deep flow runs into from
+    below would be thrown off.
+
+    Parameters
+    ----------
+    mass : float
+        Discharge per width normal to the face, m2 s-1.
+    inside, h : float
+        Velocity inward (m s-1) and depth (m) of the cell.
+    beta : float
+        g cos(xi) K, m s-2.
+    """
+    out = inside - 2.0 * math.sqrt(beta * h)
+    critical = (mass * beta) ** (1.0 / 3.0)
+    # f(c) = 2 c^3 + out c^2 - mass beta is convex and positive here, so that Newton's method descends
+    c = max(-0.5 * out, 0.0) + (0.5 * mass * beta) ** (1.0 / 3.0)
+    for _ in range(_STEPS):
+        step = (c * c * (2.0 * c + out) - mass * beta) / (2.0 * c * (3.0 * c + out))
+        c -= step
+        if abs(step) <= 1e-15 * c:
+            break
+    met = max(0.0, critical - inside)
+    most = h * (h + 2.0 * met * (met + math.sqrt(beta * h)) / beta)
+    return float(max(critical * critical / beta, min(c * c / beta, math.sqrt(most))))
+
+
+@kernel()
+def admit(
+    inflows: Inflows,
+    e: int,
+    x_fluxes: Fluxes,
+    x_at: int,
+    y_fluxes: Fluxes,
+    low_at: int,
+    high_at: int,
+    h: float,
+    u: float,
+    v: float,
+    beta_x: float,
+    beta_y: float,
+) -> int:
+    """Add what comes into a cell through its faces, from face e on, to their fluxes; return the next e.
+
+    The fluxes that were there are kept for `dismiss`: the cells on the other side do not lose what comes in.
+
+    Parameters
+    ----------
+    x_at, low_at, high_at : int
+        Index of the cell's low face along x, and of its low and high face along y.
+    h, u, v : float
+        Depth (m) and velocity (m s-1) of the cell in this stage.
+    beta_x, beta_y : float
+        g cos(xi) K of the cell, m s-2.
+    """
+    cell = inflows.cell[e]
+    while e < len(inflows.cell) and inflows.cell[e] == cell:
+        side = inflows.side[e]
+        fluxes = x_fluxes if side <= HIGH_X else y_fluxes
+        at = x_at + side if side <= HIGH_X else (low_at if side == LOW_Y else high_at)
+        inflows.before[0, e], inflows.before[1, e] = fluxes.mass[at], fluxes.normal[at]
+        inflows.before[2, e], inflows.before[3, e] = fluxes.tangential[at], fluxes.pressure[at]
+        mass, depth, speed = inflows.mass[e], inflows.depth[e], inflows.speed[e]
+        if inflows.flowing[inflows.section[e]] > 0.0 and mass > 0.0:
+            beta = beta_x if side <= HIGH_X else beta_y
+            along = abs(inflows.along[e])
+            if speed * speed < beta * depth:
+                inside = inflows.sign[e] * (inflows.own[0, e] * u + inflows.own[1, e] * v)
+                q = speed * depth
+                depth = inflow_depth(q * along, inside, h, beta)
+                speed = q / depth
+            mass *= inflows.sign[e]
+            pressure = 0.5 * depth * depth * inflows.edge[e]
+            # what flows through the section anyhow may press more
+            passes = fluxes.mass[at] != 0.0
+            fluxes.pressure[at] = max(fluxes.pressure[at], pressure) if passes else pressure
+            fluxes.mass[at] += mass
+            fluxes.normal[at] += mass * speed * inflows.along[e]
+            fluxes.tangential[at] += mass * speed * inflows.across[e]
+        e += 1
+    return e
+
+
+@kernel()
+def dismiss(
+    inflows: Inflows,
+    first: int,
+    stop: int,
+    x_fluxes: Fluxes,
+    x_at: int,
+    y_fluxes: Fluxes,
+    low_at: int,
+    high_at: int,
+) -> None:
+    """Put back the fluxes of faces ``first`` to ``stop`` that `admit` changed, the last one first."""
+    for n in range(stop - first):
+        e = stop - 1 - n
+        side = inflows.side[e]
+        fluxes = x_fluxes if side <= HIGH_X else y_fluxes
+        at = x_at + side if side <= HIGH_X else (low_at if side == LOW_Y else high_at)
+        fluxes.mass[at], fluxes.normal[at] = inflows.before[0, e], inflows.before[1, e]
+        fluxes.tangential[at], fluxes.pressure[at] = inflows.before[2, e], inflows.before[3, e]
+
+
+def no_inflows() -> Inflows:
+    """Give what kernels are given where nothing comes in."""
+    whole, real, both = np.zeros(0, np.int64), np.zeros(0), np.zeros((2, 0))
+    return Inflows(
+        *(whole,) * 7,
+        *(real,) * 3,
+        both,
+        *(real,) * 6,
+        both,
+        *(real,) * 3,
+        no_hydrographs(),
+        *(real,) * 4,
+        np.full(1, -np.inf),
+        np.zeros((4, 0)),
+    )

@@ -1,0 +1,180 @@
+"""Inflows and sections that cannot be: each is refused with its place, before anything is written."""
+# ruff: noqa: E501 - a message is one line
+
+import pytest
+
+from pipeline.mistakes import BadInput
+from pipeline.scenario.scenario import load
+
+BASE = """\
+name: a
+terrain: {profile: plane, angle: 15}
+domain: {x: [0, 100], y: [-10, 10]}
+points: {spacing: 2}
+material: {friction_coefficient: 0.1, turbulent_friction: 300, earth_pressure: isotropic}
+time: {end: 60}
+"""
+INFLOW = """\
+inflow:
+  - {name: apex, section: [[20, -8], [20, 8]], hydrograph: {file: q.csv}}
+"""
+TABLE = "time,discharge\n0,0\n5,10\n20,0\n"
+
+
+@pytest.fixture
+def refused(tmp_path):
+    """Give the lines that refuse a scenario beside a table."""
+
+    def do(text, table=TABLE):
+        (tmp_path / "q.csv").write_text(table)
+        (tmp_path / "a.yaml").write_text(text)
+        with pytest.raises(BadInput) as caught:
+            load([tmp_path / "a.yaml"])
+        return str(caught.value).replace(f"{tmp_path}/", "").splitlines()
+
+    return do
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        (INFLOW, "", "a.yaml:1:1: release: expected a release or an inflow, found neither"),
+        (
+            "[20, 8]",
+            "[200, 8]",
+            "a.yaml:8:27: inflow.0.section: expected a section inside the domain, x [-1, 101] and y [-11, 11], found [200, 8]",
+        ),
+        (
+            "[20, 8]",
+            "[20, -8]",
+            "a.yaml:8:27: inflow.0.section: expected a line with two ends, found one whose ends coincide",
+        ),
+        (
+            "friction_coefficient: 0.1, turbulent_friction: 300",
+            "bed_friction: 8",
+            "a.yaml:8:27: inflow.0.section: expected froude or speed at inflow apex, as there is no normal depth with this law of friction",
+        ),
+        (
+            "angle: 15",
+            "angle: 4",
+            "a.yaml:8:27: inflow.0.section: expected froude or speed at inflow apex, as the bed falls by 4 degrees there, where friction holds the flow and there is no normal depth",
+        ),
+        (
+            "q.csv}",
+            "q.csv}, depth: 1, froude: 2",
+            "a.yaml:8:93: inflow.0.froude: expected one of depth, froude and speed, found depth and froude",
+        ),
+        ("q.csv}", "q.csv}, froude: -1", "a.yaml:8:83: inflow.0.froude: expected a number above 0, found -1"),
+        (
+            "file: q.csv",
+            "volume: 100",
+            "a.yaml:8:48: inflow.0.hydrograph.shape: expected one of file, triangle, found nothing",
+        ),
+        (
+            "file: q.csv",
+            "shape: triangle, volume: 9, peak_discharge: rickenmann",
+            "a.yaml:8:105: inflow.0.hydrograph.peak_discharge: expected one of rickenmann-1999, mizuyama-1992-granular, mizuyama-1992-muddy, found 'rickenmann'",
+        ),
+        (
+            "file: q.csv",
+            "shape: triangle, volume: 9, peak_discharge: -1",
+            "a.yaml:8:105: inflow.0.hydrograph.peak_discharge: expected a number above 0, found -1",
+        ),
+        (
+            "{spacing: 2}",
+            "{layout: poisson-disc, spacing: 2}",
+            "a.yaml:4:18: points.layout: expected layout lattice with inflow, found poisson-disc",
+        ),
+        (
+            "time:",
+            "scheme: {form: collocation}\ntime:",
+            "a.yaml:6:16: scheme.form: expected form weighted-residual with inflow, found collocation",
+        ),
+        (
+            "domain: {x: [0, 100], y: [-10, 10]}\n",
+            "",
+            "a.yaml:1:1: domain: expected a domain with inflow, found none",
+        ),
+        (
+            INFLOW,
+            f"{INFLOW}{INFLOW.splitlines()[1]}\n",
+            "a.yaml:9:12: inflow.1.name: expected a name of its own, found 'apex' again",
+        ),
+        (
+            INFLOW,
+            f"{INFLOW}sections: [{{name: b, line: [[50, -30], [50, 5]]}}]\n",
+            "a.yaml:9:28: sections.0.line: expected a section inside the domain, x [-1, 101] and y [-11, 11], found [50, -30]",
+        ),
+        (
+            INFLOW,
+            f"{INFLOW}sweep: {{material.friction_coefficient: [0.1, 0.5]}}\n",
+            "a.yaml:9:46: sweep.material.friction_coefficient.1: expected froude or speed at inflow apex, as the bed falls by 15 degrees there, where friction holds the flow and there is no normal depth",
+        ),
+        (
+            INFLOW,
+            f"{INFLOW}sweep: {{inflow.froude: [1, 2]}}\n",
+            "a.yaml:9:9: sweep.inflow.froude: expected a key of the scenario below gravity, terrain, release, inflow, material, boundaries, scheme, found 'inflow.froude'. Did you mean 'inflow.0.froude'?",
+        ),
+    ],
+)
+def test_what_cannot_be_is_refused_at_its_place(refused, old, new, message):
+    assert refused((BASE + INFLOW).replace(old, new, 1)) == [message]
+
+
+@pytest.mark.parametrize(
+    ("table", "messages"),
+    [
+        (
+            "time,discharge\n0,0\n5,-10\n20,x\n",
+            [
+                "q.csv:3:3: expected a discharge of 0 or more, found -10",
+                "q.csv:4:4: expected a finite number, found 'x'",
+            ],
+        ),
+        (
+            "time,discharge\n0,0\n5,10\n5,3\n",
+            ["q.csv:4:1: expected times that increase, found 5 s after 5 s"],
+        ),
+        (
+            "time,q,flow\n0,0\n5,10\n",
+            [
+                "q.csv:1:1: expected the headings time and discharge, found time, q, flow more than once for discharge"
+            ],
+        ),
+        (
+            "time (d),discharge\n0,0\n5,1\n",
+            ["q.csv:1:1: expected s, min or h as the unit of a heading, found time (d)"],
+        ),
+        ("time,discharge\n0,0\n5,0\n", ["q.csv:1:1: expected a discharge above 0, found none"]),
+        (
+            "time,discharge\n0,1\n",
+            ["q.csv:1:1: expected a line of headings and two or more of numbers, found 1 of numbers"],
+        ),
+        (
+            "time,discharge\n60,0\n70,5\n",
+            [
+                "a.yaml:8:60: inflow.0.hydrograph: expected a hydrograph that begins before the end of the run, 60 s, found one from 60 s on"
+            ],
+        ),
+    ],
+)
+def test_a_table_that_is_no_hydrograph_is_refused_at_its_lines(refused, table, messages):
+    assert refused(BASE + INFLOW, table) == messages
+
+
+def test_a_table_is_part_of_its_scenario(tmp_path):
+    digests = []
+    for table in (TABLE, TABLE.replace("10", "11"), TABLE.replace("time,discharge", "Time (s), Q (m3/s)")):
+        (tmp_path / "q.csv").write_text(table)
+        (tmp_path / "a.yaml").write_text(BASE + INFLOW)
+        digests.append(load([tmp_path / "a.yaml"])[0].digest)
+    assert digests[0] != digests[1]
+    assert digests[0] == digests[2]
+
+
+def test_what_comes_in_after_the_end_is_warned_of(tmp_path):
+    (tmp_path / "q.csv").write_text("time,discharge\n0,1\n80,1\n")
+    (tmp_path / "a.yaml").write_text(BASE + INFLOW)
+    (scenario,) = load([tmp_path / "a.yaml"])
+    (warning,) = scenario.warnings
+    assert "inflow.0.hydrograph: 25 % of the volume come in after the end of the run" in warning
