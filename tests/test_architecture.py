@@ -16,7 +16,7 @@ MOST_MODULES = 15
 FORMS = ("solver.lattice", "solver.cloud", "solver.collocation")
 # from the bottom up: each imports from those before it alone
 LAYERS = (
-    "emulator",
+    "solver.emulator",
     *("solver.physics", "solver.points", "solver.release", "solver.inflow", "solver.lmls", "solver.kernels"),
     *(FORMS, "solver.surface", "solver.checks", "solver.verification"),
     *(
@@ -47,7 +47,7 @@ HEIGHT = {
 def modules() -> dict[str, Path]:
     """Every module of the product by its dotted name."""
     found = {}
-    for package in ("emulator", "solver", "pipeline"):
+    for package in ("solver", "pipeline"):
         for path in (ROOT / package).rglob("*.py"):
             parts = path.relative_to(ROOT).with_suffix("").parts
             found[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path

@@ -7,15 +7,15 @@ import pandas as pd
 import xarray as xr
 from numpy.typing import NDArray
 
-from emulator import support
-from emulator.outline import measures, moved
-from emulator.posterior import LEAST_EFFECTIVE, Measured, Posterior
-from emulator.scalars import Scalar, fit_scalar
 from pipeline.assess.observed import Observed
 from pipeline.assess.tables import behind
 from pipeline.emulation.errors import NotEmulatedError
 from pipeline.emulation.sampled import Sampled
 from pipeline.store.variables import STATUS, Status
+from solver.emulator import support
+from solver.emulator.outline import measures, moved
+from solver.emulator.posterior import LEAST_EFFECTIVE, Measured, Posterior
+from solver.emulator.scalars import Scalar, fit_scalar
 
 Array = NDArray[np.float64]
 SHARES = (0.05, 0.5, 0.95)

@@ -11,7 +11,6 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from emulator.levels import Draws, draws
 from pipeline.assess.ensemble import weights
 from pipeline.emulation.errors import NotEmulatedError
 from pipeline.scenario.design import draw
@@ -19,6 +18,7 @@ from pipeline.scenario.levels import at_level
 from pipeline.scenario.sweep import Value
 from pipeline.settings.sample import Lognormal
 from pipeline.settings.settings import Settings
+from solver.emulator.levels import Draws, draws
 
 Array = NDArray[np.float64]
 PATH_DRAWS = 512

@@ -9,8 +9,6 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from emulator.exceedance import REST, Exceedance, exceedance
-from emulator.levels import Draws
 from pipeline.assess.frames import on_surface
 from pipeline.assess.probability import BOUNDS
 from pipeline.assess.probability import exceedance as plain_exceedance
@@ -19,6 +17,8 @@ from pipeline.emulation.thresholds import Threshold, limit_of
 from pipeline.hazard.mapping import BOUND_NAMES, QUANTITIES, THREADS, Quantity
 from pipeline.settings.hazard import Hazard
 from pipeline.store.variables import COORDINATES, SURFACE_COORDINATES
+from solver.emulator.exceedance import REST, Exceedance, exceedance
+from solver.emulator.levels import Draws
 
 Array = NDArray[np.float64]
 EMULATED = "_emulated"

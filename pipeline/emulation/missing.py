@@ -7,12 +7,12 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from scipy.special import ndtr
 
-from emulator.hull import inside
-from emulator.levels import Predictor
 from pipeline.emulation.sampled import Sampled
 from pipeline.emulation.scenario_quantiles import Quantity
 from pipeline.emulation.thresholds import Threshold
 from pipeline.store.variables import STATUS, Status
+from solver.emulator.hull import inside
+from solver.emulator.levels import Predictor
 
 SHOWN = "runout_distance"
 

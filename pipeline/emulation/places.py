@@ -6,8 +6,6 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from emulator.exceedance import exceedance
-from emulator.levels import Draws
 from pipeline.assess.ensemble import censored, weights
 from pipeline.assess.probability import Values
 from pipeline.assess.receptors import reached
@@ -16,6 +14,8 @@ from pipeline.emulation.maps import with_errors
 from pipeline.emulation.sampled import Sampled
 from pipeline.emulation.thresholds import Threshold
 from pipeline.settings.hazard import Hazard
+from solver.emulator.exceedance import exceedance
+from solver.emulator.levels import Draws
 
 # columns of what reaches receptors in a run
 COLUMNS = {"depth": "max_depth", "speed": "max_speed", "pressure": "max_pressure"}

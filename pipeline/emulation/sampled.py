@@ -11,9 +11,6 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from emulator import support
-from emulator.fields import FieldLevel
-from emulator.latent import WET
 from pipeline.assess.ensemble import computed, counts, ensemble
 from pipeline.assess.frames import threshold_of
 from pipeline.assess.receptors import Cells
@@ -25,6 +22,9 @@ from pipeline.settings.settings import Settings
 from pipeline.store.place import LEVEL, store_path
 from pipeline.store.storage import Location, is_made
 from pipeline.store.zarr_store import open_store
+from solver.emulator import support
+from solver.emulator.fields import FieldLevel
+from solver.emulator.latent import WET
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.intp]

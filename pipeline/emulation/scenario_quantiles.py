@@ -8,14 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from emulator import support
-from emulator.hull import inside
-from emulator.levels import Draws
-from emulator.scalars import Scalar, fit_scalar, quantiles
-from emulator.support import Verdict
 from pipeline.assess.frames import on_surface
 from pipeline.assess.tables import ON_PROFILE, ON_SURFACE, QUANTITIES, SHARES, behind, values
 from pipeline.emulation.sampled import Sampled
+from solver.emulator import support
+from solver.emulator.hull import inside
+from solver.emulator.levels import Draws
+from solver.emulator.scalars import Scalar, fit_scalar, quantiles
+from solver.emulator.support import Verdict
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.intp]

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from emulator import support
-from emulator.fields import Chosen, choose
-from emulator.support import Verdict
 from pipeline.emulation.sampled import Sampled
 from pipeline.hazard.mapping import PASCALS, QUANTITIES, Quantity
 from pipeline.settings.hazard import Hazard
+from solver.emulator import support
+from solver.emulator.fields import Chosen, choose
+from solver.emulator.support import Verdict
 
 # what values of a field are relative to, in its units: some hundredths of it are the least that is told
 SIZES = {"max_depth": 1.0, "max_speed": 5.0, "max_momentum_flux": 10.0}

@@ -22,16 +22,16 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 import pipeline
-from emulator.exceedance import Exceedance, exceedance
-from emulator.fields import choose
-from emulator.outline import measures, moved
-from emulator.posterior import Measured
 from pipeline.emulation.calibrated import emulated_measures
 from pipeline.emulation.sampled import Sampled
 from pipeline.scenario.scenario import stored
 from pipeline.store import run_table
 from pipeline.store.variables import Status
 from pipeline.store.zarr_store import open_store
+from solver.emulator.exceedance import Exceedance, exceedance
+from solver.emulator.fields import choose
+from solver.emulator.outline import measures, moved
+from solver.emulator.posterior import Measured
 
 Array = NDArray[np.float64]
 VALLEY = Path("scenarios/valley/valley.yaml")
@@ -182,7 +182,7 @@ def receptors(wide: Truth) -> Iterator[dict[str, object]]:
 
 def runouts(wide: Truth) -> Iterator[dict[str, object]]:
     """Compare quantiles of how far the flow came; of all runs, also those that crept on at their end."""
-    from emulator.scalars import fit_scalar, quantiles
+    from solver.emulator.scalars import fit_scalar, quantiles
 
     values = wide.store["flow_runout_distance"].to_numpy()
     known = np.quantile(values, SHARES)

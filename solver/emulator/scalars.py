@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from emulator.exceedance import ALLOWANCE
-from emulator.levels import Draws, Levels, Predictor, fit_levels
-from emulator.quantiles import quantile
-from emulator.scores import ScalarScore, scalar_score
+from solver.emulator.exceedance import ALLOWANCE
+from solver.emulator.levels import Draws, Levels, Predictor, fit_levels
+from solver.emulator.quantiles import quantile
+from solver.emulator.scores import ScalarScore, scalar_score
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.intp]

@@ -9,10 +9,10 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from emulator.grids import interpolated
-from emulator.latent import WET, Latent, candidates
-from emulator.levels import Levels, fit_levels
-from emulator.scores import ExceedanceScore, ScalarScore, exceedance_score, scalar_score
+from solver.emulator.grids import interpolated
+from solver.emulator.latent import WET, Latent, candidates
+from solver.emulator.levels import Levels, fit_levels
+from solver.emulator.scores import ExceedanceScore, ScalarScore, exceedance_score, scalar_score
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.intp]

@@ -3,10 +3,10 @@ import pytest
 from known_maps import places
 from scipy import stats
 
-from emulator import support
-from emulator.hull import inside
-from emulator.levels import draws
-from emulator.scalars import fit_scalar, quantiles
+from solver.emulator import support
+from solver.emulator.hull import inside
+from solver.emulator.levels import draws
+from solver.emulator.scalars import fit_scalar, quantiles
 
 SHARES = (0.05, 0.5, 0.95)
 OVER = draws([places(8192, seed=9)], [1.0], 512)

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
-from emulator.levels import Draws, Levels, Predictor, scaled_paths
-from emulator.scores import TWO_SIDED, ExceedanceScore, exceedance_score
+from solver.emulator.levels import Draws, Levels, Predictor, scaled_paths
+from solver.emulator.scores import TWO_SIDED, ExceedanceScore, exceedance_score
 
 Array = NDArray[np.float64]
 

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
-from emulator.levels import Draws, Predictor
-from emulator.scalars import Scalar
+from solver.emulator.levels import Draws, Predictor
+from solver.emulator.scalars import Scalar
 
 Array = NDArray[np.float64]
 # draws that a posterior must rest on

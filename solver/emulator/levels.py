@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from emulator.kriging import Kriging, fit
+from solver.emulator.kriging import Kriging, fit
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.intp]

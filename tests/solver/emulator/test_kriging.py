@@ -3,8 +3,8 @@ import pytest
 from known_maps import places
 from scipy.optimize import approx_fprime
 
-from emulator.correlation import matern
-from emulator.kriging import Kriging, _misfit, fit
+from solver.emulator.correlation import matern
+from solver.emulator.kriging import Kriging, _misfit, fit
 
 
 def outputs(at):

@@ -2,10 +2,10 @@ import numpy as np
 import pytest
 from known_maps import X, Y, depths, places
 
-from emulator.levels import draws
-from emulator.outline import measures, moved
-from emulator.posterior import Measured
-from emulator.scalars import fit_scalar
+from solver.emulator.levels import draws
+from solver.emulator.outline import measures, moved
+from solver.emulator.posterior import Measured
+from solver.emulator.scalars import fit_scalar
 
 
 def test_a_rectangle_has_its_area_centre_spread_and_ends():

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve, cholesky
 from scipy.optimize import minimize
 
-from emulator.correlation import matern, matern_slopes
+from solver.emulator.correlation import matern, matern_slopes
 
 Array = NDArray[np.float64]
 Trend = Literal["constant", "linear"]

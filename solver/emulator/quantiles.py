@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 from scipy.special import ndtr
 
-from emulator.exceedance import PATHS
-from emulator.levels import Draws, Levels, Predictor, scaled_paths
-from emulator.scores import TWO_SIDED, exceedance_score
+from solver.emulator.exceedance import PATHS
+from solver.emulator.levels import Draws, Levels, Predictor, scaled_paths
+from solver.emulator.scores import TWO_SIDED, exceedance_score
 
 Array = NDArray[np.float64]
 # deviations beyond the outermost means that a quantile is looked for in

@@ -2,12 +2,12 @@ import numpy as np
 import pytest
 from known_maps import X, Y, depths, places
 
-from emulator import support
-from emulator.exceedance import exceedance
-from emulator.fields import FieldLevel, choose
-from emulator.latent import WET, Latent
-from emulator.levels import draws
-from emulator.scores import exceedance_score
+from solver.emulator import support
+from solver.emulator.exceedance import exceedance
+from solver.emulator.fields import FieldLevel, choose
+from solver.emulator.latent import WET, Latent
+from solver.emulator.levels import draws
+from solver.emulator.scores import exceedance_score
 
 THRESHOLDS = (0.25, 0.5, 1.0)
 
@@ -132,7 +132,7 @@ def test_a_score_of_predictions_no_better_than_the_share_is_one():
 
 @pytest.mark.parametrize(("ratio", "word"), [(0.1, "supported"), (0.2, "doubtful"), (0.3, "refused")])
 def test_thresholds_are_refused_by_their_ratio(ratio, word):
-    from emulator.scores import ExceedanceScore
+    from solver.emulator.scores import ExceedanceScore
 
     verdict = support.of_exceedance(ExceedanceScore(ratio, 1.0, np.zeros(1)))
     assert verdict.word == word

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import isnan
 
-from emulator.scores import ExceedanceScore, ScalarScore
+from solver.emulator.scores import ExceedanceScore, ScalarScore
 
 # of runs of the coarsest level, all and by input
 LEAST_RUNS, RUNS_AN_INPUT = 32, 10
