@@ -40,6 +40,11 @@ def refused(tmp_path):
     [
         (INFLOW, "", "a.yaml:1:1: release: expected a release or an inflow, found neither"),
         (
+            "time: {end: 60}",
+            "structures: [{kind: building, polygon: [[18, -2], [26, -2], [26, 2], [18, 2]]}]",
+            "a.yaml:8:27: inflow.0.section: expected a section clear of buildings, found one that meets a building",
+        ),
+        (
             "[20, 8]",
             "[200, 8]",
             "a.yaml:8:27: inflow.0.section: expected a section inside the domain, x [-1, 101] and y [-11, 11], found [200, 8]",
@@ -113,7 +118,7 @@ def refused(tmp_path):
         (
             INFLOW,
             f"{INFLOW}sweep: {{inflow.froude: [1, 2]}}\n",
-            "a.yaml:9:9: sweep.inflow.froude: expected a key of the scenario below gravity, terrain, release, inflow, material, boundaries, scheme, found 'inflow.froude'. Did you mean 'inflow.0.froude'?",
+            "a.yaml:9:9: sweep.inflow.froude: expected a key of the scenario below gravity, terrain, release, inflow, material, erodible_bed, structures, boundaries, scheme, found 'inflow.froude'. Did you mean 'inflow.0.froude'?",
         ),
     ],
 )

@@ -9,6 +9,7 @@ import solver
 from solver.forms import begin
 from solver.inflow.entrance import entrance
 from solver.kernels.sections.inflow import fill_section, inflow_depth
+from solver.physics.erosion import ErodibleBed, GrowthRate
 from solver.verification.inflow_cases import fed, voellmy
 
 RISE = solver.Hydrograph(np.array([0.0, 5.0, 20.0]), np.array([0.0, 10.0, 0.0]))
@@ -144,6 +145,51 @@ def test_mirrored_scenes_stay_mirrored_to_the_last_bit():
     result = solver.simulate(wide, [0, 8])
     assert np.array_equal(result.depth, result.depth[:, ::-1])
     assert np.array_equal(result.velocity_y, -result.velocity_y[:, ::-1])
+
+
+def among_houses_on_loose_bed(scene, place):
+    """Put a building of some cells, and loose bed all around."""
+    buildings = np.zeros(scene.points.shape, bool)
+    buildings[place] = True
+    loose = ErodibleBed(np.full(scene.points.shape, 0.05), GrowthRate(0.02))
+    return replace(scene, buildings=buildings, erodible_bed=loose)
+
+
+IN_THE_VALLEY = among_houses_on_loose_bed(down_valley(), np.s_[19:22, 14:17])
+ON_A_SLOPE = among_houses_on_loose_bed(
+    fed(15, VOELLMY, 0, length=40, hydrograph=RISE, depth="normal"), np.s_[1:3, 20:24]
+)
+
+
+@pytest.mark.parametrize("scene", [IN_THE_VALLEY, ON_A_SLOPE])
+def test_what_comes_in_flows_around_buildings_and_takes_up_its_bed(scene):
+    result = solver.simulate(scene, [0, 30], arrival_depth=0.01)
+    assert result.failure is None
+    assert result.ledger.inflow == pytest.approx(RISE.volume_until(30.0), rel=1e-13)
+    assert result.ledger.entrained > 0.01 * result.ledger.inflow
+    assert result.ledger.entrained == pytest.approx(result.ledger.eroded, rel=1e-12)
+    assert abs(result.ledger.error) < 1e-13
+    assert not result.max_depth[scene.buildings].any()
+    bare = solver.simulate(replace(scene, buildings=None), [0, 30], arrival_depth=0.01)
+    assert bare.max_depth[scene.buildings].max() > 0.05
+
+
+@pytest.mark.parametrize("scene", [IN_THE_VALLEY, ON_A_SLOPE])
+def test_a_restart_among_buildings_on_loose_bed_changes_nothing(scene):
+    whole, first, second = (begin(scene, 40.0, 0.01, True) for _ in range(3))
+    whole.advance(40.0, 80)
+    first.advance(40.0, 40)
+    second.restore({name: array.copy() for name, array in first.carried.items()})
+    second.advance(40.0, 80)
+    assert {"inflows.entered", "erosion.eroded"} <= whole.carried.keys()
+    for name, array in whole.carried.items():
+        assert np.array_equal(array, second.carried[name], equal_nan=True), name
+
+
+def test_no_building_stands_at_an_inflow():
+    scene = among_houses_on_loose_bed(down_valley(), np.s_[19:22, 3:5])
+    with pytest.raises(ValueError, match="no building can stand at the section of an inflow"):
+        solver.simulate(scene, [0, 1])
 
 
 @pytest.mark.parametrize("points", ["cloud", "collocation"])
