@@ -12,7 +12,7 @@ from scenes import SCENES, all_sides, scene
 
 from pipeline.studies.stress.campaign import Row, is_repeated, perform, shrunk
 from pipeline.studies.stress.draws import EROSION
-from pipeline.studies.stress.repeats import repeat
+from pipeline.studies.stress.repeats import ROOTS, repeat
 from pipeline.studies.stress.report import largest_rate, rate
 from pipeline.studies.stress.scenes import LAYOUTS, Drawn, draw, prepared, read
 from pipeline.studies.stress.shrink import shrink
@@ -219,13 +219,16 @@ def test_a_scene_that_erodes_keeps_its_laws_and_repeats(model):
         if drawn.labels["erosion"] != model or drawn.labels["points"] != "lattice":
             continue
         ready = prepared(drawn)
+        if ROOTS & set(vars(ready.scene.friction)):
+            continue
         run = begin(ready.scene, float(ready.times[-1]), 0.0, True)
         run.advance(run.end, 60)
         if not run.entrained > 1e-3 * run.volume:
             continue
         row = perform(drawn, True, SMALL)
         assert not row.broken, row.broken
-        assert {"a restart changes nothing", "length scales"} <= {check.law for check in row.repeats}
+        scales = "length scales, with inflow" if "inflow" in drawn.data else "length scales"
+        assert {"a restart changes nothing", scales} <= {check.law for check in row.repeats}
         found += 1
         if found == 2:
             return
