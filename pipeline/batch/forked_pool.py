@@ -23,6 +23,7 @@ from pipeline.batch.scheduling import Died, Finished, Trouble
 from pipeline.batch.task import Job, Solve, perform
 
 ENDING_SECONDS = 10.0
+HEARING_SECONDS = 0.2
 # of prctl, in sys/prctl.h of Linux
 _PARENT_DEATH_SIGNAL = 1
 
@@ -69,8 +70,10 @@ class ForkedPool:
         """Wait for a job that ends; None where none is under way."""
         if not self._busy:
             return None
-        # mypy: what is waited for are connections alone
-        ready = wait(list(self._busy))[0]
+        # an interrupt that another thread of this process took is heard between two waits only
+        while not (found := wait(list(self._busy), HEARING_SECONDS)):
+            pass
+        ready = found[0]
         assert isinstance(ready, Connection)
         worker, job = self._busy.pop(ready)
         try:
