@@ -71,14 +71,12 @@ def draw(layer: Layer, found: xr.Dataset, frame: Frame | None, path: Path) -> Pa
     OSError
         If the picture cannot be written.
     """
-    x, y = np.meshgrid(found["x"].to_numpy(), found["y"].to_numpy())
     shown = [""] if layer.is_certain else list(layer.values)
-    corners = frame.corners if frame else (x[[0, -1], [0, -1]], y[[0, -1], [0, -1]])
-    east, north = frame.on_map(x, y) if frame else (x, y)
+    east, north, corners = _laid(found, frame)
     width, height = (float(np.ptp(side)) for side in corners)
     wide = height / width < 0.5
     figure, panels = _panels(height / width, len(shown), wide)
-    relief = "elevation" in found.coords and found["elevation"].ndim == 2
+    relief = _has_relief(found)
     names = []
     for panel, bound in zip(panels, shown, strict=True):
         values = layer.values[bound].to_numpy()
@@ -86,11 +84,7 @@ def draw(layer: Layer, found: xr.Dataset, frame: Frame | None, path: Path) -> Pa
         _fill(panel, east, north, values, layer, OVER_RELIEF if relief else 1.0, same)
         if bound == "":
             _hatch(panel, east, north, layer.in_doubt)
-        if relief:
-            draw_relief(panel, east[0], north[:, 0], found["elevation"].to_numpy())
-        else:
-            contour_bed(panel, east, north, found)
-        _fill_buildings(panel, east, north, found)
+        _draw_ground(panel, east, north, found)
         frame_panel(panel, frame, corners)
         names += mark_places(panel, frame, found, named=bound == "")
         if len(shown) > 1:
@@ -147,20 +141,14 @@ def draw_location(found: xr.Dataset, frame: Frame | None, path: Path) -> Path:
     OSError
         If the picture cannot be written.
     """
-    x, y = np.meshgrid(found["x"].to_numpy(), found["y"].to_numpy())
-    corners = frame.corners if frame else (x[[0, -1], [0, -1]], y[[0, -1], [0, -1]])
-    east, north = frame.on_map(x, y) if frame else (x, y)
+    east, north, corners = _laid(found, frame)
     width, height = (float(np.ptp(side)) for side in corners)
     figure, (panel,) = _panels(height / width, 1, height / width < 0.5)
     if "arrival_share" in found:
         reached = found["arrival_share"].fillna(0).to_numpy() > 0
         if reached.any() and not reached.all():
             panel.contour(east, north, reached, levels=[0.5], colors=REACHED_COLOUR, linewidths=1.4)
-    if "elevation" in found.coords and found["elevation"].ndim == 2:
-        draw_relief(panel, east[0], north[:, 0], found["elevation"].to_numpy())
-    else:
-        contour_bed(panel, east, north, found)
-    _fill_buildings(panel, east, north, found)
+    _draw_ground(panel, east, north, found)
     frame_panel(panel, frame, corners)
     names = mark_places(panel, frame, found)
     scale_bar(panel, frame, width)
@@ -182,6 +170,27 @@ def draw_location(found: xr.Dataset, frame: Frame | None, path: Path) -> Path:
     keep_apart(_renderer(figure), panel, names)
     figure.savefig(path, bbox_inches="tight")
     return path
+
+
+def _laid(found: xr.Dataset, frame: Frame | None) -> tuple[Array, Array, tuple[Array, Array]]:
+    """Lay the points of maps on the ground, where there is a frame; their coordinates and the corners."""
+    x, y = np.meshgrid(found["x"].to_numpy(), found["y"].to_numpy())
+    if frame:
+        return *frame.on_map(x, y), frame.corners
+    return x, y, (x[[0, -1], [0, -1]], y[[0, -1], [0, -1]])
+
+
+def _has_relief(found: xr.Dataset) -> bool:
+    return "elevation" in found.coords and found["elevation"].ndim == 2
+
+
+def _draw_ground(panel: Axes, east: Array, north: Array, found: xr.Dataset) -> None:
+    """Draw the terrain, shaded on an elevation model, and the buildings."""
+    if _has_relief(found):
+        draw_relief(panel, east[0], north[:, 0], found["elevation"].to_numpy())
+    else:
+        contour_bed(panel, east, north, found)
+    _fill_buildings(panel, east, north, found)
 
 
 def _renderer(figure: Figure) -> RendererBase:
