@@ -14,34 +14,36 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from pipeline.api import assessment_tables as assessment_tables
-    from pipeline.api import calibrate as calibrate
-    from pipeline.api import compare as compare
-    from pipeline.api import emulate as emulate
-    from pipeline.api import hazard_maps as hazard_maps
-    from pipeline.api import load as load
-    from pipeline.api import open as open
-    from pipeline.api import run as run
-    from pipeline.api import run_table as run_table
-    from pipeline.api import sensitivity_indices as sensitivity_indices
-    from pipeline.api import to_lattice as to_lattice
-    from pipeline.api import write_report as write_report
+    from pipeline.api.batch import load as load
+    from pipeline.api.batch import run as run
+    from pipeline.api.calibration import calibrate as calibrate
+    from pipeline.api.emulation import emulate as emulate
+    from pipeline.api.maps import compare as compare
+    from pipeline.api.maps import hazard_maps as hazard_maps
+    from pipeline.api.report import write_report as write_report
+    from pipeline.api.results import open as open
+    from pipeline.api.results import run_table as run_table
+    from pipeline.api.results import to_lattice as to_lattice
+    from pipeline.api.tables import assessment_tables as assessment_tables
+    from pipeline.api.tables import sensitivity_indices as sensitivity_indices
     from pipeline.errors import BadInput as BadInput
     from pipeline.errors import ChangedError as ChangedError
     from pipeline.errors import OptionError as OptionError
     from pipeline.errors import PlaceInUseError as PlaceInUseError
     from pipeline.results import Results as Results
 
-_ERRORS = ("BadInput", "ChangedError", "OptionError", "PlaceInUseError")
-_FUNCTIONS = (
-    *("load", "run", "open", "to_lattice", "run_table", "hazard_maps", "assessment_tables"),
-    *("sensitivity_indices", "emulate", "calibrate", "compare", "write_report"),
-)
-_HOMES = {
-    **dict.fromkeys(_FUNCTIONS, "pipeline.api"),
-    **dict.fromkeys(_ERRORS, "pipeline.errors"),
-    "Results": "pipeline.results",
+_BY_MODULE = {
+    "pipeline.api.batch": ("load", "run"),
+    "pipeline.api.results": ("open", "to_lattice", "run_table"),
+    "pipeline.api.maps": ("hazard_maps", "compare"),
+    "pipeline.api.tables": ("assessment_tables", "sensitivity_indices"),
+    "pipeline.api.emulation": ("emulate",),
+    "pipeline.api.calibration": ("calibrate",),
+    "pipeline.api.report": ("write_report",),
+    "pipeline.errors": ("BadInput", "ChangedError", "OptionError", "PlaceInUseError"),
+    "pipeline.results": ("Results",),
 }
+_HOMES = {name: module for module, names in _BY_MODULE.items() for name in names}
 
 __all__ = [*_HOMES]
 

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from pipeline.api import find_place, find_store
+from pipeline.api.places import find_place, find_store
 from pipeline.cli.exit_codes import end, exit_on_errors
 from pipeline.store.storage import Location
 
