@@ -7,8 +7,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-import xarray as xr
-
 from pipeline.store import run_table, zarr_store
 from pipeline.store.place import store_name, store_path, store_paths, with_levels
 from pipeline.store.storage import Location, store_of
@@ -16,9 +14,10 @@ from pipeline.store.variables import STATUS, Status
 
 if TYPE_CHECKING:
     import pandas as pd
+    import xarray as xr
 
 
-class Results(Mapping[str, xr.Dataset]):
+class Results(Mapping[str, "xr.Dataset"]):
     """The scenarios of a place by name, each an `xarray.Dataset` that is opened when it is asked for.
 
     Values are read from the store when they are used. A dataset shows the runs that were done when it was
@@ -102,6 +101,8 @@ class Results(Mapping[str, xr.Dataset]):
 
 def open_lazily(path: Location) -> xr.Dataset:
     """Open a store with Dask, in the chunks it was written in."""
+    import xarray as xr
+
     opened: xr.Dataset = xr.open_zarr(store_of(path), chunks={}, consolidated=False)
     # a few numbers a run, that selections need at once
     for name in (STATUS.name, *opened.coords):

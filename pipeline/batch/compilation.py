@@ -6,8 +6,10 @@ On this machine other processes compile parts of it while the workers start.
 from __future__ import annotations
 
 import multiprocessing
+import sys
 from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
+from importlib import import_module
 from multiprocessing.process import BaseProcess
 from time import monotonic, sleep
 
@@ -21,6 +23,20 @@ LOADING_SECONDS = 3.0
 MESSAGE = "compiling the solver (once after installing or upgrading)"
 
 
+def leave_out_blas() -> None:
+    """Keep Numba from looking for BLAS in this process, for which it imports `scipy.linalg` with the first kernel.
+
+    No kernel of the solver calls it. Compiled code that does cannot be used afterwards.
+    """
+    name = "scipy.linalg.cython_blas"
+    if name not in sys.modules:
+        sys.modules[name] = None  # type: ignore[assignment]
+        try:
+            import_module("numba.np.arraymath")
+        finally:
+            del sys.modules[name]
+
+
 def cores() -> int:
     """Count the cores that this process may use."""
     # takes a tenth of a second to load
@@ -32,7 +48,9 @@ def cores() -> int:
 @contextmanager
 def head_start(kinds: Collection[Kind]) -> Iterator[list[BaseProcess]]:
     """Have processes compile the pieces of what is not compiled yet, a core each; gives and ends them."""
-    missing = not_compiled(kinds) if cores() >= PIECES else []
+    missing = not_compiled(kinds)
+    if missing and cores() < PIECES:
+        missing = []
     spawn = multiprocessing.get_context("spawn")
     processes: list[BaseProcess] = [
         spawn.Process(target=compile_kernels, args=(missing, piece), daemon=True)

@@ -15,7 +15,7 @@ from pipeline.scenario.strict_yaml import Path, parse
 from pipeline.store.place import store_name, store_path
 from pipeline.store.storage import Location
 from pipeline.store.variables import Status
-from pipeline.store.zarr_store import open_store
+from pipeline.store.zarr_store import values_of_runs
 
 MOST_LISTED = 20
 AGAIN = "run again with --retry-failed to repeat them"
@@ -43,19 +43,17 @@ class Failed:
 
 def failed(out: Location, name: str) -> list[Failed]:
     """Read the failed runs of a scenario from its store."""
-    with open_store(store_path(out, name)) as store:
-        positions = np.flatnonzero(store["status"].to_numpy() == Status.FAILED)
-        varied = [str(key) for key, c in store.coords.items() if c.dims == ("run",) and "key" in c.attrs]
-        chosen = store[["failure_reason", *varied]].isel(run=positions).load()
-        return [
-            Failed(
-                name,
-                int(run),
-                {key: chosen[key][i].item() for key in varied},
-                str(chosen["failure_reason"][i].item()),
-            )
-            for i, run in enumerate(positions)
-        ]
+    values, attributes = values_of_runs(store_path(out, name))
+    varied = [key for key in values if "key" in attributes[key]]
+    return [
+        Failed(
+            name,
+            int(run),
+            {key: values[key][run : run + 1].tolist()[0] for key in varied},
+            str(values["failure_reason"][run]),
+        )
+        for run in np.flatnonzero(values["status"] == Status.FAILED)
+    ]
 
 
 def told_again(runs: Sequence[Failed]) -> Iterator[str]:

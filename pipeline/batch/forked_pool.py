@@ -17,6 +17,7 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 
+from pipeline.batch.compilation import leave_out_blas
 from pipeline.batch.interrupts import deaf
 from pipeline.batch.limits import STUCK_EXIT
 from pipeline.batch.scheduling import Died, Finished, Trouble
@@ -151,6 +152,7 @@ def _serve(connection: Connection, solve: Solve, driver: int) -> None:
     """Do what comes through the pipe until it is closed; answer with outcomes, or with what is wrong."""
     _let_go(connection.fileno())
     _die_with(driver)
+    leave_out_blas()
     with suppress(EOFError, BrokenPipeError):
         while True:
             work = connection.recv()

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from io import BytesIO
 
+import numpy as np
 import pandas as pd
 
 from pipeline.store.place import store_paths, with_levels
 from pipeline.store.storage import Location, put
 from pipeline.store.variables import FIELDS, PER_RUN, RETURN_PERIOD, STATUS, WEIGHT, Status
-from pipeline.store.zarr_store import open_store
+from pipeline.store.zarr_store import values_of_runs
 
 HEAD = ("scenario", "run", "status")
 SHARES = (WEIGHT.name, RETURN_PERIOD.name)
@@ -56,16 +57,26 @@ def read(out: Location) -> pd.DataFrame:
 
 def _rows(path: Location) -> pd.DataFrame:
     """Rows of one store."""
-    with open_store(path) as store:
-        given = [str(name) for name, c in store.coords.items() if c.dims == ("run",) and name != "run"]
-        names = [*sorted(given, key=SHARES.__contains__), *(v.name for v in PER_RUN)]
-        table = pd.DataFrame({name: store[name].to_numpy() for name in names})
-        counts = [v.name for v in PER_RUN if v.dtype == "int64"]
-        table[counts] = table[counts].astype("Int64")
-        table.insert(0, "status", [Status(s).words for s in store[STATUS.name].to_numpy()])
-        table.insert(0, "run", store["run"].to_numpy())
-        table.insert(0, "scenario", str(store.attrs["title"]))
-        table.attrs["units"] = {name: str(store[name].attrs.get("units", "")) for name in names}
+    values, attributes = values_of_runs(path)
+    given = str(attributes[""].get("coordinates", "")).split()
+    parameters = [name for name in values if name in given and name not in SHARES]
+    shares = [name for name in SHARES if name in values]
+    names = [*parameters, *shares, *(v.name for v in PER_RUN)]
+    # words stay Python's own
+    table = pd.DataFrame({name: pd.Series(v, dtype=v.dtype) for name, v in values.items() if name in names})
+    table = table.reindex(columns=names)
+    for variable in PER_RUN:
+        # variables that are younger than the store are missing in every run
+        if variable.dtype == "int64":
+            whole = table[variable.name].astype("Int64")
+            table[variable.name] = whole.mask(whole == variable.fill)
+        elif variable.name not in values:
+            table[variable.name] = "" if variable.dtype == "string" else np.nan
+    table.insert(0, "status", [Status(s).words for s in values[STATUS.name]])
+    table.insert(0, "run", values["run"])
+    table.insert(0, "scenario", str(attributes[""]["title"]))
+    younger = {variable.name: variable.cf_attributes for variable in PER_RUN} | attributes
+    table.attrs["units"] = {name: str(younger[name].get("units", "")) for name in names}
     return table
 
 

@@ -191,6 +191,45 @@ def attributes(path: Location) -> dict[str, Any]:
         return {}
 
 
+def values_of_runs(path: Location) -> tuple[dict[str, NDArray[Any]], dict[str, dict[str, Any]]]:
+    """Read all that is one value a run, parameters first, in the order of the design.
+
+    Parameters
+    ----------
+    path : Location
+        The store.
+
+    Returns
+    -------
+    dict of str to array
+        Values by name, of shape (runs,); what was never computed has the fill value of its variable.
+    dict of str to dict
+        Attributes by name, those of the store under ``""``.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no store at ``path``.
+    """
+    if not (path / ROOT).exists():
+        raise FileNotFoundError(not_a_store(path))
+    values, attributes = sync(_values_of_runs(path))
+    named = {found["key"]: name for name, found in attributes.items() if "key" in found}
+    # a store lists its arrays in whatever order its folders are in
+    keys = parameter_keys(json.loads(str(attributes[""].get("scenario_content", "{}"))))
+    first = [named[key] for key in keys if key in named]
+    return {name: values[name] for name in dict.fromkeys([*first, *sorted(values)])}, attributes
+
+
+async def _values_of_runs(path: Location) -> tuple[dict[str, NDArray[Any]], dict[str, dict[str, Any]]]:
+    root = await open_group(store_of(path), mode="r", use_consolidated=False)
+    found = {name: each async for name, each in root.arrays() if dims(each) == ("run",)}
+    read = await asyncio.gather(*(each.getitem(slice(None)) for each in found.values()))
+    values = {name: np.asarray(each) for name, each in zip(found, read, strict=True)}
+    texts = {name: each.astype(object) for name, each in values.items() if each.dtype.kind in "OUT"}
+    return values | texts, {"": dict(root.attrs), **{name: dict(each.attrs) for name, each in found.items()}}
+
+
 def open_store(path: Location) -> xr.Dataset:
     """Open a store lazily, values read as they are used; its parameters are in the order of the design.
 
@@ -215,6 +254,6 @@ def open_store(path: Location) -> xr.Dataset:
     keys = parameter_keys(json.loads(str(opened.attrs.get("scenario_content", "{}"))))
     given = {c.attrs["key"]: name for name, c in opened.coords.items() if "key" in c.attrs}
     names = [given[key] for key in keys if key in given]
-    ordered = opened.drop_vars(names).assign_coords({name: opened[name] for name in names})
+    ordered = opened.drop_vars(names).assign_coords({name: opened[name].variable for name in names})
     ordered.set_close(found.close)
     return ordered

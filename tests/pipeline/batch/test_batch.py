@@ -1,5 +1,7 @@
 import os
 import signal
+import subprocess
+import sys
 from collections import Counter
 from functools import partial
 from pathlib import Path
@@ -151,6 +153,17 @@ def _once(log: Path, action, *args) -> None:
     if not flag.exists():
         flag.touch()
         action(*args)
+
+
+def test_a_small_batch_loads_neither_dask_nor_xarray(scenario_file, out):
+    code = (
+        "import sys, pipeline\n"
+        f"pipeline.run([{str(scenario_file(20))!r}], {str(out)!r}, quiet=True).table\n"
+        "print(*sorted({'dask', 'distributed', 'xarray', 'scipy.linalg'} & {*sys.modules}))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == ""
+    assert counts(out / "box.zarr") == {Status.OVERRUN_AND_CUT_OFF: 1}
 
 
 @pytest.mark.parametrize("workers", ["forked", "dask"])
