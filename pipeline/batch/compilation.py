@@ -24,7 +24,7 @@ MESSAGE = "compiling the solver (once after installing or upgrading)"
 
 
 def leave_out_blas() -> None:
-    """Keep Numba from looking for BLAS in this process, for which it imports `scipy.linalg` with the first kernel.
+    """Keep Numba from looking for BLAS in this process; it imports `scipy.linalg` for that.
 
     No kernel of the solver calls it. Compiled code that does cannot be used afterwards.
     """
