@@ -31,8 +31,14 @@ class Mistake:
 class Problem:
     """What is wrong at a path of the data.
 
-    at_key : whether the key is wrong and not its value. related : paths that the problem depends on, the one
-    to blame first. hint : the end of the message that says what may have been meant.
+    Parameters
+    ----------
+    at_key : bool
+        Whether the key is wrong and not its value.
+    related : tuple[tuple[str or int, ...], ...]
+        Paths that the problem depends on, the one to blame first.
+    hint : str
+        The end of the message that says what may have been meant.
     """
 
     path: tuple[str | int, ...]

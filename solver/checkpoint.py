@@ -23,9 +23,16 @@ COPY_SECONDS = 2.0
 class Snapshot:
     """All that is needed to go on with a run as if it had not stopped.
 
-    carried : arrays in double precision, by name. passed : output times passed. frames : depth (m) and
-    velocity (m s-1) at these, each (passed, ...), or (0, ...) where it is not kept. wall, cpu : used so
-    far, s.
+    Parameters
+    ----------
+    carried : Carried
+        Arrays in double precision, by name.
+    passed : int
+        Output times passed.
+    frames : tuple of array
+        Depth (m) and velocity (m s-1) at these, each (passed, ...), or (0, ...) where it is not kept.
+    wall, cpu : float
+        Used so far, s.
     """
 
     carried: Carried
@@ -38,7 +45,10 @@ class Snapshot:
 class Keeper(Protocol):
     """Keeps snapshots of a run.
 
-    every : elapsed time between two of them, s.
+    Parameters
+    ----------
+    every : float
+        Elapsed time between two of them, s.
     """
 
     every: float

@@ -47,7 +47,19 @@ def key(points: Lattice | PointCloud, scheme: Scheme) -> Hashable:
 
 
 def prepare(points: Lattice | PointCloud, scheme: Scheme) -> Operators | None:
-    """Make the operators that `solver.scene.Scene` takes for runs of a scheme; None where it needs none.
+    """Make the operators that `solver.scene.Scene` takes for runs that share points and scheme.
+
+    Parameters
+    ----------
+    points : Lattice or PointCloud
+        Points of the runs.
+    scheme : WeightedResidual or Collocation
+        Their scheme.
+
+    Returns
+    -------
+    Operators or None
+        None where the scheme needs none.
 
     Raises
     ------

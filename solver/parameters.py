@@ -8,8 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import MISSING, Field, dataclass, field, fields, replace
+from inspect import cleandoc
 from math import isfinite
 from numbers import Real
+from textwrap import wrap
 from typing import Any, ClassVar, TypeVar, dataclass_transform, overload
 
 Class = TypeVar("Class", bound=type)
@@ -42,7 +44,14 @@ class ParameterError(ValueError):
 class Alternative:
     """A second way to give a parameter in a scenario file, never beside the first.
 
-    name : its key. parameter : its declaration. convert : gives the value of the first.
+    Parameters
+    ----------
+    name : str
+        Its key.
+    parameter : Parameter
+        Its declaration.
+    convert : callable
+        Gives the value of the first.
     """
 
     name: str
@@ -54,15 +63,26 @@ class Alternative:
 class Parameter:
     """Declaration of a parameter.
 
-    meaning, unit : for people; the unit in CF notation, empty for numbers without one and for words.
-    above, at_least, below, at_most : bounds of the number, or of each number of a tuple.
-    scenario_at_most : a bound for scenario files alone; experiments in Python may exceed it.
-    ordered : whether the first number of a pair must be below the second.
-    min_items : least length of a tuple.
-    choices : for each word or number that is allowed, what it does.
-    advice : what to choose, in a sentence.
-    key : name in scenario files where it is not that of the field.
-    alternative : a second way to give it in scenario files.
+    Parameters
+    ----------
+    meaning, unit : str
+        For people; the unit in CF notation, empty for numbers without one and for words.
+    above, at_least, below, at_most : float, optional
+        Bounds of the number, or of each number of a tuple.
+    scenario_at_most : float, optional
+        A bound for scenario files alone; experiments in Python may exceed it.
+    ordered : bool
+        Whether the first number of a pair must be below the second.
+    min_items : int
+        Least length of a tuple.
+    choices : mapping of Any to str, optional
+        For each word or number that is allowed, what it does.
+    advice : str
+        What to choose, in a sentence.
+    key : str
+        Name in scenario files where it is not that of the field.
+    alternative : Alternative, optional
+        A second way to give it in scenario files.
     """
 
     meaning: str
@@ -153,9 +173,34 @@ def parametric(*, kw_only: bool = False, eq: bool = True) -> Callable[[Class], C
 def parametric(
     cls: Class | None = None, /, *, kw_only: bool = False, eq: bool = True
 ) -> Class | Callable[[Class], Class]:
-    """Make a frozen dataclass of a class; its fields may be made by `parameter`."""
-    made: Callable[[Class], Class] = dataclass(frozen=True, kw_only=kw_only, eq=eq)  # type: ignore[assignment]
+    """Make a frozen dataclass of a class; its fields may be made by `parameter`.
+
+    Its docstring is given a section of parameters, from what is declared of them.
+    """
+
+    def made(cls: Class) -> Class:
+        decorate: Callable[[Class], Class] = dataclass(frozen=True, kw_only=kw_only, eq=eq)  # type: ignore[assignment]
+        built = decorate(cls)
+        built.__doc__ = _documented(built)
+        return built
+
     return made if cls is None else made(cls)
+
+
+def _documented(cls: type) -> str:
+    """Give the docstring of a class of parameters with a numpy-style section of them."""
+    head, rule, raises = cleandoc(cls.__doc__ or "").partition("\n\nRaises\n------")
+    lines = []
+    for each, declared in parameters(cls):
+        kind = str(each.type).replace(" | None", "")
+        lines.append(f"{each.name} : {kind}{'' if each.default is MISSING else ', optional'}")
+        unit = f", {declared.unit}" if declared.unit else ""
+        default = "" if each.default in (MISSING, None) else f" By default {each.default}."
+        meaning = declared.meaning[:1].upper() + declared.meaning[1:]
+        lines += wrap(f"{meaning}{unit}.{default}", 96, initial_indent="    ", subsequent_indent="    ")
+    if not lines or "\nParameters\n---" in head:
+        return cls.__doc__ or ""
+    return "\n".join([head, "", "Parameters", "----------", *lines]) + rule + raises
 
 
 class Checked:
@@ -163,7 +208,10 @@ class Checked:
 
     A subclass that checks what its parameters must be together calls ``super().__post_init__()`` first.
 
-    advice : when to choose this class, where there are others.
+    Attributes
+    ----------
+    advice : str
+        When to choose this class, where there are others.
     """
 
     advice: ClassVar[str] = ""

@@ -20,10 +20,17 @@ REASONS = {
 
 @dataclass(frozen=True)
 class Failure:
-    """Why a run ended early: reason, time (s) and place (x, y in m).
+    """Why a run ended early, when and where.
 
-    The place is that of the value that is not finite, otherwise that of the fastest waves for the size of the
-    cell, which set the time step; NaN where nothing flows.
+    Parameters
+    ----------
+    reason : str
+        In words.
+    time : float
+        In s.
+    x, y : float
+        Place of the value that is not finite, otherwise of the fastest waves for the size of the cell, which
+        set the time step, m; NaN where nothing flows.
     """
 
     reason: str
@@ -34,11 +41,22 @@ class Failure:
 
 @dataclass(frozen=True)
 class Ledger:
-    """Volumes in m3.
+    """Ledger of volume, m3.
 
-    released, in and out, now in the domain, out through open sides; entrained by the flow, and eroded from
-    the bed, which are one volume counted on either side. In is what came through sides and with inflows, out
-    what left through all sides.
+    Parameters
+    ----------
+    released : float
+        In the domain at the start.
+    inflow : float
+        Came in through sides and with inflows.
+    outflow : float
+        Left through all sides.
+    now : float
+        In the domain.
+    outflow_open : float
+        Left through open sides.
+    entrained, eroded : float
+        Taken up by the flow, and lost by the bed: one volume, counted on either side.
     """
 
     released: float
@@ -69,9 +87,14 @@ class Ledger:
 class SectionResult:
     """What passed the sections of a run, in the order of its scene.
 
-    times : (nt,) of the samples, s. volume : (n, nt), net volume that has passed by then, m3, NaN after a
-    failure. arrival : (n,), when one of the cells below a section was first deeper than the arrival depth, s,
-    NaN where not.
+    Parameters
+    ----------
+    times : (nt,) array
+        Of the samples, s.
+    volume : (n, nt) array
+        Net volume that has passed by then, m3, NaN after a failure.
+    arrival : (n,) array
+        When one of the cells below a section was first deeper than the arrival depth, s, NaN where not.
     """
 
     times: Array
@@ -96,18 +119,40 @@ class SectionResult:
 class Result:
     """What a run gives; arrays are float64, a frame never computed is NaN.
 
-    times : (nt,) the frames asked for, s. depth (m), velocity_x, velocity_y (m s-1) : (nt, ny, nx) on a
-    lattice, (nt, n) on a cloud. max_depth (m), max_speed (m s-1), max_momentum_flux (h |u|^2, m3 s-2),
-    arrival_time (s, NaN where not reached) : (ny, nx) or (n,), over all time steps. deposit_depth : of the
-    same shape, the last good state, m.
-    time : of the last good state, s. rest_time : s, NaN if still moving. steps : time steps taken to
-    there. cell_stages : cells updated, summed over stages. wall_time, cpu_time : s, of the time loop.
-    moving_volume : m3 that is faster than a Froude number of `solver.simulation.MOVING` by the largest depth
-    at the start, held at a side or given by an inflow, in the last good state.
-    entrained : (nt,) volume that the flow has taken up from the bed by the frames, m3. erosion_depth : depth
-    that was eroded normal to the bed, of the shape of the points, m. bed_change : change of the elevation of
-    the ground, the deposit less what was eroded, measured vertically, m. None without an erodible bed.
-    sections : what passed the scene's sections, None without.
+    Parameters
+    ----------
+    times : (nt,) array
+        Times of the frames asked for, s.
+    depth, velocity_x, velocity_y : (nt, ny, nx) or (nt, n) array
+        Frames, m and m s-1, on a lattice or a cloud.
+    max_depth, max_speed, max_momentum_flux : (ny, nx) or (n,) array
+        Largest depth (m), speed (m s-1) and h |u|^2 (m3 s-2) over all time steps.
+    arrival_time : (ny, nx) or (n,) array
+        When the flow was first deeper than the arrival depth, s; NaN where it never was.
+    deposit_depth : (ny, nx) or (n,) array
+        Depth of the last good state, m.
+    ledger : Ledger
+        Of volume.
+    time, rest_time : float
+        Of the last good state, and of coming to rest, s; NaN if still moving.
+    steps, cell_stages : int
+        Time steps taken to there, and cells updated, summed over stages.
+    wall_time, cpu_time : float
+        Of the time loop, s.
+    failure : Failure, optional
+        Why the run ended early.
+    moving_volume : float
+        Volume, m3, that is faster than a Froude number of `solver.simulation.MOVING` by the largest depth at
+        the start, held at a side or given by an inflow, in the last good state.
+    entrained : (nt,) array, optional
+        Volume that the flow has taken up from the bed by the frames, m3. None without an erodible bed, as
+        the next two.
+    erosion_depth : (ny, nx) or (n,) array, optional
+        Depth eroded normal to the bed, m.
+    bed_change : (ny, nx) or (n,) array, optional
+        Change of the elevation of the ground, the deposit less what was eroded, measured vertically, m.
+    sections : SectionResult, optional
+        What passed the scene's sections; None without.
     """
 
     times: Array

@@ -41,8 +41,15 @@ KINDS = {"open": OPEN, "wall": WALL, "no-slip": NO_SLIP}
 class Lull(NamedTuple):
     """What a run was like when it was last looked at.
 
-    steps : (1,), its time steps. moments : (3,), integrals over the domain of ``h^2`` and of h times the
-    distance from the first corner along x and y, m4. ledger : (4, 2), of `Run.ledger`, m3.
+    Parameters
+    ----------
+    steps : (1,) array
+        Its time steps.
+    moments : (3,) array
+        Integrals over the domain of ``h^2`` and of h times the distance from the first corner along x and
+        y, m4.
+    ledger : (4, 2) array
+        Of `Run.ledger`, m3.
     """
 
     steps: NDArray[np.int64]
@@ -429,7 +436,10 @@ def lattice_of(scene: Scene) -> Lattice:
 def material_of(scene: Scene, deepest: float) -> Material:
     """Give friction, earth pressure and wet limit to the kernels.
 
-    deepest : largest depth at the start, at a side, or that comes in, m.
+    Parameters
+    ----------
+    deepest : float
+        Largest depth at the start, at a side, or that comes in, m.
 
     Raises
     ------

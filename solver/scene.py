@@ -37,7 +37,13 @@ Side = Literal["open", "wall", "no-slip"] | float
 
 @dataclass(frozen=True)
 class Boundaries:
-    """What stands at each side of the domain: a kind, or a given depth in m."""
+    """What stands at each side of the domain.
+
+    Parameters
+    ----------
+    x_min, x_max, y_min, y_max : {"open", "wall", "no-slip"} or float
+        Kind of the side, or the depth that is given there, m.
+    """
 
     x_min: Side = "open"
     x_max: Side = "open"
@@ -71,8 +77,12 @@ class Operators(Protocol):
 class Zone:
     """A part of the domain with a law of friction of its own.
 
-    friction : of the same class as that of the scene. share : of the area of each cell that is in the zone, 0
-    to 1, of the shape of the points.
+    Parameters
+    ----------
+    friction : Friction
+        Of the same class as that of the scene.
+    share : array
+        Of the area of each cell that is in the zone, 0 to 1, of the shape of the points.
     """
 
     friction: Friction
@@ -83,16 +93,40 @@ class Zone:
 class Scene:
     """One run: where, what, and by which laws.
 
-    points : a lattice of shape (ny, nx), or a cloud of shape (n,).
-    depth, velocity_x, velocity_y : initial state, means over the cells, of the points' shape, m and m s-1.
-    erodible_bed : what the flow may take up, if anything.
-    operators : from `solver.forms.prepare` for runs that share points and choices; by default a run makes
-    its own.
-    zones : with a law of friction of their own, which do not overlap.
-    buildings : whether a cell of a lattice is a building, which nothing flows through, (ny, nx); None where
-    there is none.
-    inflows : hydrographs through sections. sections, section_times : where discharge is measured, and the
-    times of its samples, s, increasing. Both take the weighted-residual form on a lattice.
+    Parameters
+    ----------
+    points : Lattice or PointCloud
+        A lattice of shape (ny, nx), or a cloud of shape (n,).
+    depth, velocity_x, velocity_y : array
+        Initial state, means over the cells, of the points' shape, m and m s-1.
+    terrain : Terrain or Surface
+        Slope profile, or elevation model.
+    friction : Friction
+        Law of basal friction.
+    earth_pressure : EarthPressure
+        Law of earth pressure.
+    gravity : float
+        In m s-2.
+    boundaries : Boundaries
+        Sides of the domain.
+    scheme : WeightedResidual or Collocation
+        Form of the equations, with its numbers.
+    erodible_bed : ErodibleBed, optional
+        What the flow may take up, if anything.
+    operators : Operators, optional
+        From `solver.forms.prepare` for runs that share points and choices; by default a run makes its
+        own.
+    zones : tuple of Zone
+        With a law of friction of their own, which do not overlap.
+    buildings : array, optional
+        Whether a cell of a lattice is a building, which nothing flows through, (ny, nx); None where there
+        is none.
+    inflows : tuple of Inflow
+        Hydrographs through sections.
+    sections : tuple of Section
+        Where discharge is measured. Inflows and sections take the weighted-residual form on a lattice.
+    section_times : sequence of float
+        Times of the samples of discharge, s, increasing.
     """
 
     points: Lattice | PointCloud

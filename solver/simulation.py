@@ -59,6 +59,11 @@ def simulate(
     keeper : Keeper, optional
         Keeps snapshots; the run goes on from the one it has, and ends as if it had not stopped.
 
+    Returns
+    -------
+    Result
+        Frames, maxima, deposit and ledger.
+
     Raises
     ------
     ValueError

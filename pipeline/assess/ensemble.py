@@ -31,8 +31,16 @@ class NotTogetherError(ValueError):
 class Counts:
     """How many of the runs that were planned are in which state.
 
-    done : came to their end, overrun ones included. overrun : lost material through an open side. failed,
-    pending : have no values. cut_off : still moved at their end, and are not done; some may be overrun too.
+    Parameters
+    ----------
+    done : int
+        Came to their end, overrun ones included.
+    overrun : int
+        Lost material through an open side.
+    failed, pending : int
+        Have no values.
+    cut_off : int
+        Still moved at their end, and are not done; some may be overrun too.
     """
 
     done: int
@@ -130,7 +138,14 @@ def events_per_year(runs: xr.Dataset) -> float | None:
 class Period:
     """Runs of one return period, or of one class of them where they are many.
 
-    shortest, longest : years. runs : (n,) positions. weight : (n,) share of each among them, their sum is 1.
+    Parameters
+    ----------
+    shortest, longest : float
+        Years.
+    runs : (n,) array
+        Positions.
+    weight : (n,) array
+        Share of each among them, their sum is 1.
     """
 
     shortest: float

@@ -24,7 +24,10 @@ class GeoreferenceError(ValueError):
 class MapAxes:
     """A lattice whose x are eastings and whose y are northings, as on an elevation model.
 
-    crs : its reference system, as EPSG:2056 or WKT.
+    Parameters
+    ----------
+    crs : str
+        Its reference system, as EPSG:2056 or WKT.
     """
 
     crs: str
@@ -36,8 +39,14 @@ class MapAxes:
 class Frame:
     """Where the points of a lattice lie on the map.
 
-    georeference : crs, origin and azimuth. arc, distance : (nx,), arc length and horizontal distance of the
-    points along the profile, m, both ascending. across : (ny,), their positions across it, m, evenly spaced.
+    Parameters
+    ----------
+    georeference : Georeference or MapAxes
+        Reference system, origin and azimuth.
+    arc, distance : (nx,) array
+        Arc length and horizontal distance of the points along the profile, m, both ascending.
+    across : (ny,) array
+        Their positions across it, m, evenly spaced.
     """
 
     georeference: Georeference | MapAxes

@@ -33,8 +33,12 @@ class ObservationError(ValueError):
 class Observed:
     """An observed deposit on the cells of a store.
 
-    covered : (cells,) whether each is part of it. depth : (cells,) its depth, m; None where only the outline
-    is known.
+    Parameters
+    ----------
+    covered : (cells,) array
+        Whether each is part of it.
+    depth : (cells,) array, optional
+        Its depth, m; None where only the outline is known.
     """
 
     covered: NDArray[np.bool_]

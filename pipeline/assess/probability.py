@@ -48,9 +48,15 @@ class Bounded:
 class Values:
     """A quantity of runs.
 
-    value : (runs,) NaN where it is not known, -inf of a run that has none of it. weight : (runs,) share of
-    each run, their sum is 1. at_least, at_most : (runs,) whether the value may be larger, or smaller, than it
-    is known to be, as the reach of a run that lost material through the boundary.
+    Parameters
+    ----------
+    value : (runs,) array
+        NaN where it is not known, -inf of a run that has none of it.
+    weight : (runs,) array
+        Share of each run, their sum is 1.
+    at_least, at_most : (runs,) array
+        Whether the value may be larger, or smaller, than it is known to be, as the reach of a run that
+        lost material through the boundary.
     """
 
     value: Array

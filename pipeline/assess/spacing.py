@@ -15,8 +15,12 @@ Rows = NDArray[np.intp]
 def root_rows(rows: Rows, count: int, whole: int) -> Rows:
     """Positions among the runs of the coarsest level of the runs of a finer one.
 
-    rows : positions among the finer ones. count, whole : draws of the finer and of the coarsest level, which
-    each entry of a sweep has.
+    Parameters
+    ----------
+    rows : Rows
+        Positions among the finer ones.
+    count, whole : int
+        Draws of the finer and of the coarsest level, which each entry of a sweep has.
     """
     return rows // count * whole + rows % count
 
@@ -24,7 +28,10 @@ def root_rows(rows: Rows, count: int, whole: int) -> Rows:
 def paired(coarse: xr.Dataset, fine: xr.Dataset, entries: int) -> tuple[Rows, Rows]:
     """Give the positions of runs that are computed on both levels, coarse and fine, shape (pairs,) each.
 
-    entries : of the sweep, each of which has all draws.
+    Parameters
+    ----------
+    entries : int
+        Of the sweep, each of which has all draws.
     """
     rows = np.flatnonzero(computed(fine).to_numpy())
     root = root_rows(rows, fine.sizes["run"] // entries, coarse.sizes["run"] // entries)

@@ -23,8 +23,14 @@ EVERY_SECONDS = 60.0
 class Checkpoints:
     """Where the runs of a store keep their checkpoints.
 
-    folder : hidden, beside the store. identity : of scenario and solver; what has another is ignored.
-    every : elapsed time of a run between two checkpoints, s.
+    Parameters
+    ----------
+    folder : Location
+        Hidden, beside the store.
+    identity : str
+        Of scenario and solver; what has another is ignored.
+    every : float
+        Elapsed time of a run between two checkpoints, s.
     """
 
     folder: Location

@@ -39,7 +39,10 @@ def dask_pool(width: int, engine: Engine | None, solve: Solve) -> Iterator[DaskP
 class DaskPool:
     """Jobs on their way through the workers of a client.
 
-    width : as many jobs may be under way; by default as many as the workers have threads.
+    Parameters
+    ----------
+    width : int, optional
+        As many jobs may be under way; by default as many as the workers have threads.
     """
 
     def __init__(self, client: Client, width: int | None, solve: Solve) -> None:

@@ -50,7 +50,10 @@ def forked_pool(width: int, solve: Solve) -> Iterator[ForkedPool]:
 class ForkedPool:
     """Jobs done by processes of this one; a process is started where none is free.
 
-    width : as many jobs may be under way.
+    Parameters
+    ----------
+    width : int
+        As many jobs may be under way.
     """
 
     def __init__(self, width: int, solve: Solve) -> None:

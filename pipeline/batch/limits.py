@@ -37,8 +37,12 @@ M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3
 class Limits:
     """Limits of every run of a batch.
 
-    memory : bytes a run may take beside what its process holds, None for no limit; kept on Linux only.
-    grace : s beyond its own time limit after which a run that does not stop is ended with its process.
+    Parameters
+    ----------
+    memory : int, optional
+        Bytes a run may take beside what its process holds, None for no limit; kept on Linux only.
+    grace : float
+        Seconds beyond its own time limit after which a run that does not stop is ended with its process.
     """
 
     memory: int | None = None

@@ -28,8 +28,12 @@ Solve = Callable[..., Result]
 class Job:
     """Runs of one group of one store, which the task that takes it alone writes.
 
-    shared : points of the runs, or the file of them. same : by index of a run, the store and index of another
-    with the same physics.
+    Parameters
+    ----------
+    shared : SharedPoints or Location
+        Points of the runs, or the file of them.
+    same : Mapping[int, tuple[Location, int]]
+        By index of a run, the store and index of another with the same physics.
     """
 
     path: Location

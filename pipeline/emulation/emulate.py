@@ -32,8 +32,13 @@ TABLES = ("leave-one-out", "emulated-scenarios", "emulated-receptors", "emulated
 class Emulated:
     """What the emulator makes of a scenario.
 
-    tables : by name, of `TABLES`, those that have rows. maps : over ``y`` and ``x`` by threshold, of the
-    thresholds that leave-one-out supports; None where there is none.
+    Parameters
+    ----------
+    tables : mapping of str to pd.DataFrame
+        By name, of `TABLES`, those that have rows.
+    maps : xr.Dataset, optional
+        Over ``y`` and ``x`` by threshold, of the thresholds that leave-one-out supports; None where there
+        is none.
     """
 
     tables: Mapping[str, pd.DataFrame]

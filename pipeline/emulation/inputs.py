@@ -30,8 +30,14 @@ SAME = 1e-9
 class Input:
     """How one varied parameter is brought to about one: numbers over their range, words as one column each.
 
-    logarithm : of a lognormal parameter. low, high : of the runs. words : all but the first of a parameter
-    that is no number.
+    Parameters
+    ----------
+    logarithm : bool
+        Of a lognormal parameter.
+    low, high : float
+        Of the runs.
+    words : tuple of str
+        All but the first of a parameter that is no number.
     """
 
     logarithm: bool
@@ -74,7 +80,12 @@ def _input(values: NDArray[np.generic], logarithm: bool) -> Input:
 class Inputs:
     """Varied parameters of a scenario.
 
-    settings : of the scenario. store : of its coarsest level.
+    Parameters
+    ----------
+    settings : Settings
+        Of the scenario.
+    store : xr.Dataset
+        Of its coarsest level.
     """
 
     settings: Settings

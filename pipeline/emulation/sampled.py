@@ -36,7 +36,12 @@ MARGIN = 10
 class Sampled:
     """A sampled scenario.
 
-    settings : of the scenario. stores : of its levels, the coarsest first.
+    Parameters
+    ----------
+    settings : Settings
+        Of the scenario.
+    stores : tuple[xr.Dataset, ...]
+        Of its levels, the coarsest first.
     """
 
     settings: Settings

@@ -22,7 +22,10 @@ SIZES = {"max_depth": 1.0, "max_speed": 5.0, "max_momentum_flux": 10.0}
 class Threshold:
     """A threshold of a quantity over the lattice, or at a receptor, and what emulates it.
 
-    chosen : None where the threshold is too low.
+    Parameters
+    ----------
+    chosen : Chosen, optional
+        None where the threshold is too low.
     """
 
     quantity: Quantity

@@ -25,10 +25,22 @@ Kind = Literal["share", "rate", "value", "time", "class", "difference"]
 class Layer:
     """One map.
 
-    name : of its files. title, units : for people. kind : what its values are. values : by bound, over y and
-    x; a time has no bounds, an emulated share has its error in their place. quantity : what is mapped, by
-    which `pipeline.gis.symbology` knows its classes. threshold : what is exceeded, in ``threshold_units``.
-    largest : value up to which the legend goes, where it is one with that of another map.
+    Parameters
+    ----------
+    name : str
+        Of its files.
+    title, units : str
+        For people.
+    kind : Kind
+        What its values are.
+    values : mapping of str to xr.DataArray
+        By bound, over y and x; a time has no bounds, an emulated share has its error in their place.
+    quantity : str
+        What is mapped, by which `pipeline.gis.symbology` knows its classes.
+    threshold : float, optional
+        What is exceeded, in ``threshold_units``.
+    largest : float, optional
+        Value up to which the legend goes, where it is one with that of another map.
     """
 
     name: str

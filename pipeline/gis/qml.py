@@ -24,7 +24,12 @@ Geometry = Literal["Point", "Line", "Polygon"]
 class Mark:
     """How features of one kind are drawn.
 
-    filter : which ones, as an expression of QGIS; "" for all. fill : colour, or "" for none.
+    Parameters
+    ----------
+    filter : str
+        Which ones, as an expression of QGIS; "" for all.
+    fill : str
+        Colour, or "" for none.
     """
 
     label: str

@@ -30,7 +30,12 @@ USES = {"Value": 5, "Class": 2, "Red": 6, "Green": 7, "Blue": 8}
 class Grid:
     """Cells of a map in rows from north to south.
 
-    easting, northing : of the centres, m; northing falls. crs : code or WKT.
+    Parameters
+    ----------
+    easting, northing : array
+        Of the centres, m; northing falls.
+    crs : str
+        Code or WKT.
     """
 
     easting: NDArray[np.float64]

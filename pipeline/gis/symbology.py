@@ -40,8 +40,14 @@ class Entry:
 class Style:
     """The legend of a map.
 
-    caption : what its values are, with their unit. entries : ascending, without gaps. discrete : whether
-    the values are whole numbers, each a class of its own, 0 being none.
+    Parameters
+    ----------
+    caption : str
+        What its values are, with their unit.
+    entries : tuple of Entry
+        Ascending, without gaps.
+    discrete : bool
+        Whether the values are whole numbers, each a class of its own, 0 being none.
     """
 
     caption: str
@@ -58,8 +64,16 @@ class Style:
 class Scale:
     """Edges and colours of a quantity.
 
-    edges : ascending; what is not above the first one is not shown. colours : a colour map of Matplotlib.
-    closed : whether nothing lies above the last edge. caption : what stands at the legend.
+    Parameters
+    ----------
+    edges : tuple of float
+        Ascending; what is not above the first one is not shown.
+    colours : str
+        A colour map of Matplotlib.
+    closed : bool
+        Whether nothing lies above the last edge.
+    caption : str
+        What stands at the legend.
     """
 
     caption: str

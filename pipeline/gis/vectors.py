@@ -53,8 +53,16 @@ FIELDS = {
 class Features:
     """A layer of features of one kind, with how it looks.
 
-    name, title : of the layer. shapes : in the reference system of the map. rows : fields of each.
-    labelled : field that is written at each.
+    Parameters
+    ----------
+    name, title : str
+        Of the layer.
+    shapes : sequence of BaseGeometry
+        In the reference system of the map.
+    rows : Sequence[Mapping[str, Any]]
+        Fields of each.
+    labelled : str
+        Field that is written at each.
     """
 
     name: str

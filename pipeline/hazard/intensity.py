@@ -80,7 +80,12 @@ def usual(shares: Bounds, least: float) -> Bounds:
 class OfPeriod:
     """Classes of intensity of the events of one return period, or of one class of periods.
 
-    shortest, longest : years. classes : by bound, over y and x, ``UNKNOWN`` where no run was computed.
+    Parameters
+    ----------
+    shortest, longest : float
+        Years.
+    classes : Bounds
+        By bound, over y and x, ``UNKNOWN`` where no run was computed.
     """
 
     shortest: float

@@ -34,7 +34,12 @@ OURS = re.compile(
 class Written:
     """What was written of one scenario.
 
-    paths : all files. group : what is on the map; None without a georeference.
+    Parameters
+    ----------
+    paths : list[Path]
+        All files.
+    group : Group, optional
+        What is on the map; None without a georeference.
     """
 
     paths: list[Path]

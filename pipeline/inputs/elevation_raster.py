@@ -24,8 +24,16 @@ class ElevationRasterError(ValueError):
 class ElevationRaster:
     """Elevations of square cells, rows from south to north.
 
-    x, y : eastings (n,) and northings (m,) of the cell centres, increasing, m. elevation : (m, n), m, NaN
-    where there is no data. crs : reference system, as ``EPSG:2056`` or WKT. digest : SHA-256 of all of it.
+    Parameters
+    ----------
+    x, y : array
+        Eastings (n,) and northings (m,) of the cell centres, increasing, m.
+    elevation : (m, n) array
+        In m; NaN where there is no data.
+    crs : str
+        Reference system, as ``EPSG:2056`` or WKT.
+    digest : str
+        SHA-256 of all of it.
     """
 
     x: NDArray[np.float64]

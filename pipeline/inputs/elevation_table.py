@@ -87,7 +87,10 @@ STEEP = 60.0
 class ElevationTable:
     """Horizontal distances, increasing, and elevations, shape (n,), m, and the SHA-256 of both.
 
-    doubts : what to warn of, a line each.
+    Parameters
+    ----------
+    doubts : tuple of str
+        What to warn of, a line each.
     """
 
     distances: NDArray[np.float64]

@@ -23,8 +23,14 @@ class OutlineError(ValueError):
 class Outline:
     """One polygon, or several that belong together.
 
-    name : of the feature, or its number. rings : each (n, 2), m, outer ones counter-clockwise, holes
-    clockwise. attributes : of the feature, by name.
+    Parameters
+    ----------
+    name : str
+        Of the feature, or its number.
+    rings : tuple of array
+        Each (n, 2), m, outer ones counter-clockwise, holes clockwise.
+    attributes : dict[str, Any]
+        Of the feature, by name.
     """
 
     name: str

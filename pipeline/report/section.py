@@ -29,8 +29,14 @@ MOST_PLACES = 60
 class Line:
     """The line of a section.
 
-    distance : horizontal, m. bed : elevation, m. across : the cells at each place of it and to both sides,
-    rows and columns.
+    Parameters
+    ----------
+    distance : array
+        Horizontal, m.
+    bed : array
+        Elevation, m.
+    across : Sequence[tuple[Cells, Cells]]
+        The cells at each place of it and to both sides, rows and columns.
     """
 
     distance: Array

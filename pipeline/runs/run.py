@@ -16,11 +16,20 @@ if TYPE_CHECKING:
 class Run:
     """One run of a scenario; small, and pickles.
 
-    index : position along the store's ``run`` dimension, from 0.
-    parameters : varied values by coordinate name, in the order of the design; empty for a single run.
-    settings : complete settings of this run, without what is said of all runs.
-    table : the elevation table of a ``table`` terrain, else None. outlines : polygons of the releases on an
-    elevation model, by file and layer. hydrographs : those of files, by name.
+    Parameters
+    ----------
+    index : int
+        Position along the store's ``run`` dimension, from 0.
+    parameters : dict[str, Value]
+        Varied values by coordinate name, in the order of the design; empty for a single run.
+    settings : Settings
+        Complete settings of this run, without what is said of all runs.
+    table : ElevationTable, optional
+        The elevation table of a ``table`` terrain, else None.
+    outlines : Outlines, optional
+        Polygons of the releases on an elevation model, by file and layer.
+    hydrographs : Hydrographs
+        Those of files, by name.
     """
 
     index: int

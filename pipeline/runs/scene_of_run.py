@@ -40,13 +40,22 @@ SAMPLES_PER_FRAME, MOST_SAMPLES = 10, 1_000_000
 class Prepared:
     """What ``solver.simulation.simulate`` needs, and what is to be reported of the release.
 
-    scene : the solver's scene; ``terrain`` is ``scene.terrain``, a profile with elevation and horizontal
-    distance, or an elevation model.
-    times : (nt,) output times, s. threshold : depth above which a cell counts as reached or covered, m.
-    stop_at_rest : argument of ``simulate``.
-    volume_asked, volume_laid, volume_lost : m3; the release as written, as laid on the points, and the
-    part of it that lies outside the domain.
-    origin : depth of the release, and of what comes in at its section, where the flow is counted from, m.
+    Parameters
+    ----------
+    scene : Scene
+        The solver's scene; ``terrain`` is ``scene.terrain``, a profile with elevation and horizontal
+        distance, or an elevation model.
+    times : (nt,) array
+        Output times, s.
+    threshold : float
+        Depth above which a cell counts as reached or covered, m.
+    stop_at_rest : bool
+        Argument of ``simulate``.
+    volume_asked, volume_laid, volume_lost : float
+        M3; the release as written, as laid on the points, and the part of it that lies outside the
+        domain.
+    origin : array
+        Depth of the release, and of what comes in at its section, where the flow is counted from, m.
     """
 
     scene: Scene

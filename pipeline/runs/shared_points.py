@@ -26,10 +26,20 @@ if TYPE_CHECKING:
 class SharedPoints:
     """Points of all runs of a scenario.
 
-    points : a lattice or a cloud. operators : what runs of a scheme need of them, by `solver.forms.key`.
-    kinds : of the runs. threshold : depth above which a cell counts as reached, m; None where each run has
-    one by its own release. raster : the elevation model that they stand on, if they do. depths : rasters of
-    erodible depth on it, by file.
+    Parameters
+    ----------
+    points : Lattice or PointCloud
+        A lattice or a cloud.
+    operators : dict[Hashable, Operators], optional
+        What runs of a scheme need of them, by `solver.forms.key`.
+    kinds : frozenset[Kind]
+        Of the runs.
+    threshold : float, optional
+        Depth above which a cell counts as reached, m; None where each run has one by its own release.
+    raster : ElevationRaster, optional
+        The elevation model that they stand on, if they do.
+    depths : mapping of str to ElevationRaster
+        Rasters of erodible depth on it, by file.
     """
 
     points: Lattice | PointCloud

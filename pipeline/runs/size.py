@@ -29,7 +29,12 @@ _UNITS = ((1e12, "TB"), (1e9, "GB"), (1e6, "MB"), (1e3, "kB"))
 class Size:
     """Points of a scenario, memory of one of its runs and size of the results of all before compression.
 
-    points : number of them. memory, results : bytes.
+    Parameters
+    ----------
+    points : int
+        Number of them.
+    memory, results : float
+        Bytes.
     """
 
     points: int

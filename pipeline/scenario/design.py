@@ -27,7 +27,12 @@ class Design:
 
     The last list varies fastest but for the draws, which vary faster still.
 
-    lists : values of each swept key. draws : values of each sampled key, equally many.
+    Parameters
+    ----------
+    lists : Mapping[str, tuple[Value, ...]]
+        Values of each swept key.
+    draws : Draws
+        Values of each sampled key, equally many.
     """
 
     lists: Mapping[str, tuple[Value, ...]]

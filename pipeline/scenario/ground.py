@@ -42,8 +42,14 @@ OUTSIDE = "expected a zone in the domain, found one outside, which changes nothi
 class Ground:
     """What the files of a scenario on an elevation model hold.
 
-    raster : the elevation model, around the domain. outlines : polygons, and lines of dams, by file and
-    layer. depths : rasters of erodible depth by file.
+    Parameters
+    ----------
+    raster : ElevationRaster
+        The elevation model, around the domain.
+    outlines : Outlines
+        Polygons, and lines of dams, by file and layer.
+    depths : mapping of str to ElevationRaster
+        Rasters of erodible depth by file.
     """
 
     raster: ElevationRaster

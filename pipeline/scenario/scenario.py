@@ -46,17 +46,30 @@ __all__ = ["BadInput", "Mistake", "Scenario", "Settings", "differences", "json_s
 class Scenario:
     """One file of the catalogue.
 
-    settings : the file's content with defaults filled in, before any sweep; releases and receptors in
-    coordinates of the bed, whatever the file gives them in.
-    path, text : the file and what stands in it.
-    data : what stands in it, as plain data; lists are tuples, and releases are on the bed.
-    content : canonical JSON of everything that decides the result (tables and draws by digest; left out is
-    what ``IRRELEVANT`` lists).
-    digest : SHA-256 of ``content``, hexadecimal.
-    tables : elevation tables by the name the settings give them. points : what a file of points holds.
-    ground : elevation model and polygons of a scenario on one, which has a domain then.
-    hydrographs : those of files, by the name the settings give them.
-    warnings : one line each, to be shown and not to be stopped by.
+    Parameters
+    ----------
+    settings : Settings
+        The file's content with defaults filled in, before any sweep; releases and receptors in
+        coordinates of the bed, whatever the file gives them in.
+    path, text : Path
+        The file and what stands in it.
+    data : mapping of str to Any
+        What stands in it, as plain data; lists are tuples, and releases are on the bed.
+    content : str
+        Canonical JSON of everything that decides the result (tables and draws by digest; left out is what
+        ``IRRELEVANT`` lists).
+    digest : str
+        SHA-256 of ``content``, hexadecimal.
+    tables : mapping of str to ElevationTable
+        Elevation tables by the name the settings give them.
+    points : PointFile, optional
+        What a file of points holds.
+    ground : Ground, optional
+        Elevation model and polygons of a scenario on one, which has a domain then.
+    hydrographs : mapping of str to HydrographTable
+        Those of files, by the name the settings give them.
+    warnings : tuple of str
+        One line each, to be shown and not to be stopped by.
     """
 
     settings: Settings

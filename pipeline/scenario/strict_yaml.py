@@ -37,10 +37,17 @@ class Place:
 class Document:
     """One file as read.
 
-    data : its mapping, lists as tuples; empty where the text was no YAML mapping.
-    keys, values : the place of each key and of each value by its path, ``("release", 0, "volume")``; an item
-    of a list has the same place in both. mistakes : all that was wrong with it as YAML. no_file : whether
-    nobody has seen the text, so that mistakes have no place in it.
+    Parameters
+    ----------
+    data : dict[str, Any]
+        Its mapping, lists as tuples; empty where the text was no YAML mapping.
+    keys, values : dict[Path, Place]
+        The place of each key and of each value by its path, ``("release", 0, "volume")``; an item of a
+        list has the same place in both.
+    mistakes : list[Mistake]
+        All that was wrong with it as YAML.
+    no_file : bool
+        Whether nobody has seen the text, so that mistakes have no place in it.
     """
 
     file: str

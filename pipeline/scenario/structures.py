@@ -107,7 +107,14 @@ def buildings(
 class Judged:
     """What came of looking at structures.
 
-    buildings : whether a cell is one, (ny, nx), or None. problems : mistakes. doubts : warnings by path.
+    Parameters
+    ----------
+    buildings : array, optional
+        Whether a cell is one, (ny, nx), or None.
+    problems : list[Problem]
+        Mistakes.
+    doubts : dict[Path, str]
+        Warnings by path.
     """
 
     buildings: NDArray[np.bool_] | None

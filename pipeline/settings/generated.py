@@ -35,7 +35,10 @@ Keys = dict[str, tuple[Any, Any]]
 class FlatSection(Section):
     """Base of sections with the keys of dataclasses.
 
-    alternatives : second ways to give a key, which do not show where they were not taken.
+    Attributes
+    ----------
+    alternatives : frozenset[str]
+        Second ways to give a key, which do not show where they were not taken.
     """
 
     alternatives: ClassVar[frozenset[str]] = frozenset()
@@ -53,7 +56,12 @@ class FlatSection(Section):
 class Generated(FlatSection):
     """Base of sections made from one dataclass.
 
-    source : the dataclass. complete : whether its keys are all that it needs.
+    Attributes
+    ----------
+    source : type
+        The dataclass.
+    complete : bool
+        Whether its keys are all that it needs.
     """
 
     source: ClassVar[type]
@@ -138,8 +146,10 @@ def _parted(names: Iterable[str]) -> list[tuple[str, str, str]]:
 def keys_of(cls: type, *, optional: bool = False) -> Keys:
     """Give the keys of a section for the parameters of a dataclass.
 
-    optional : whether those without a default may be left out, as in a section with the keys of several
-    classes.
+    Parameters
+    ----------
+    optional : bool
+        Whether those without a default may be left out, as in a section with the keys of several classes.
     """
     hints, found = get_type_hints(cls), Keys()
     for each, declared in parameters(cls):
@@ -263,8 +273,12 @@ def union_of(
 ) -> Any:
     """Make the type of a section that is one of several models, by the value of a key.
 
-    default : the value where the key is left out; without one it must be there. implied : values by another
-    key that says them as well.
+    Parameters
+    ----------
+    default : str
+        The value where the key is left out; without one it must be there.
+    implied : mapping of str to str, optional
+        Values by another key that says them as well.
     """
     models = tuple(models)
     if not default and not implied:

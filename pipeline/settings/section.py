@@ -22,7 +22,10 @@ ANY_KEY = "*"
 class Section(BaseModel):
     """Base of all sections: frozen, no unknown keys, no conversions, finite numbers only.
 
-    advice : when to choose this section, where there are others.
+    Attributes
+    ----------
+    advice : str
+        When to choose this section, where there are others.
     """
 
     advice: ClassVar[str] = ""
@@ -40,7 +43,12 @@ def key(
 ) -> Any:
     """Declare a key with its meaning and unit, which the JSON Schema and the reference table show.
 
-    choices : for each word that the key takes, what it does. advice : what to choose, in a sentence.
+    Parameters
+    ----------
+    choices : mapping of Any to str, optional
+        For each word that the key takes, what it does.
+    advice : str
+        What to choose, in a sentence.
     """
     extra: dict[str, Any] = {"unit": unit}
     if choices:

@@ -31,8 +31,16 @@ SHOWN = 2 * (3 + 6 + 3)
 class Cost(NamedTuple):
     """Cost of one loop.
 
-    name : of its kernel. time : ns a cell-stage. moved : bytes a cell-stage read and written in order.
-    looked_up : values a cell-stage that are found by the number of a cell or of half a face.
+    Parameters
+    ----------
+    name : str
+        Of its kernel.
+    time : float
+        In ns a cell-stage.
+    moved : float
+        Bytes a cell-stage read and written in order.
+    looked_up : float
+        Values a cell-stage that are found by the number of a cell or of half a face.
     """
 
     name: str

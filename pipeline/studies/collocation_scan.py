@@ -76,8 +76,12 @@ PARTS = {
 class Outcome:
     """What a run on the chute comes to, beside the run itself.
 
-    front, tail : of what is covered in the last frame computed, m; NaN if nothing is. film, body : fastest
-    speed in each frame of what is at most and of what is more than `FILM` deep, (nt,), m s-1.
+    Parameters
+    ----------
+    front, tail : float
+        Of what is covered in the last frame computed, m; NaN if nothing is.
+    film, body : array
+        Fastest speed in each frame of what is at most and of what is more than `FILM` deep, (nt,), m s-1.
     """
 
     run: Result

@@ -30,11 +30,24 @@ QUARTER = 4
 class Row:
     """One run and what it took.
 
-    variant : what is unusual about it, else empty. spacing : m. time : simulated, s. cpu_time : thread CPU
-    seconds of the time loop, the median of ``repeats``. setup_time : thread CPU seconds from the bounds to
-    the first step: points, operators, release. depth, momentum : relative L2 errors, depth_l1 : relative
-    L1 error, dimensionless; NaN where no solution is known. memory : most bytes of arrays alive during the
-    run, points and operators among them; setup_memory : the same during set-up.
+    Parameters
+    ----------
+    variant : str
+        What is unusual about it, else empty.
+    spacing : float
+        In m.
+    time : float
+        Simulated, s.
+    cpu_time : float
+        Thread CPU seconds of the time loop, the median of ``repeats``.
+    setup_time : float
+        Thread CPU seconds from the bounds to the first step: points, operators, release.
+    depth, momentum : float
+        Relative L2 errors, depth_l1 : relative L1 error, dimensionless; NaN where no solution is known.
+    memory : int
+        Most bytes of arrays alive during the run, points and operators among them.
+    setup_memory : int
+        The same during set-up.
     """
 
     case: str
@@ -66,7 +79,10 @@ class Row:
 class Ladder:
     """A case with the spacings, m, of each form and layout that it is run by.
 
-    fine : whether it is compared with a fine solution, on a quarter of the least spacing of all.
+    Parameters
+    ----------
+    fine : bool
+        Whether it is compared with a fine solution, on a quarter of the least spacing of all.
     """
 
     name: str
@@ -85,7 +101,10 @@ class Ladder:
 class Plan:
     """What a benchmark runs.
 
-    ladders : of which the last is run to ``end_times``, s, and with and without skipping, at ``spacing``, m.
+    Parameters
+    ----------
+    ladders : tuple of Ladder
+        Of which the last is run to ``end_times``, s, and with and without skipping, at ``spacing``, m.
     """
 
     ladders: tuple[Ladder, ...]

@@ -33,8 +33,16 @@ DRY, DT = 1e-9, 1e-6
 class Cost(NamedTuple):
     """Cost of one loop.
 
-    name : of its kernel. passes : over a cell in a stage. time : ns a cell and pass. instructions, divisions,
-    roots : vector instructions of the compiled loop, for as many cells as a vector holds.
+    Parameters
+    ----------
+    name : str
+        Of its kernel.
+    passes : float
+        Over a cell in a stage.
+    time : float
+        In ns a cell and pass.
+    instructions, divisions, roots : int
+        Vector instructions of the compiled loop, for as many cells as a vector holds.
     """
 
     name: str

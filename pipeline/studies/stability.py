@@ -203,7 +203,12 @@ def sensitivity(
 ) -> Iterator[str]:
     """Table what a measure gives on both layouts where one choice is varied at a time.
 
-    spacings : m, the middle one is that of all other rows. more : further changes of the scene by name.
+    Parameters
+    ----------
+    spacings : tuple of float
+        In m; the middle one is that of all other rows.
+    more : dict[str, dict[str, Any]]
+        Further changes of the scene by name.
     """
     yield f"| choice | {' | '.join(f'{layout}: {title}' for layout in LAYOUTS for title in titles)} |"
     yield "|---" * (1 + len(LAYOUTS) * len(titles)) + "|"

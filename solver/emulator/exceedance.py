@@ -30,8 +30,18 @@ ALLOWANCE = 2.0
 class Exceedance:
     """Probabilities of outputs to be above a threshold, shape (c,) each.
 
-    probability : on the finest level. coarse : on the coarsest one. variance : of the probability over what
-    the runs leave open. score : by leave-one-out. levels : how many.
+    Parameters
+    ----------
+    probability : array
+        On the finest level.
+    coarse : array
+        On the coarsest one.
+    variance : array
+        Of the probability over what the runs leave open.
+    score : ExceedanceScore
+        By leave-one-out.
+    levels : int
+        How many.
     """
 
     probability: Array

@@ -27,9 +27,18 @@ PREFERENCE = 0.9
 class FieldLevel:
     """Fields of the runs of one level.
 
-    inputs : (n, inputs) scaled. values : (n, ny, nx) at least 0. y, x : coordinates of the points, ascending,
-    m. pairs : rows of the level before that the runs are; of the coarsest level None. places : by name, the
-    cells of each place in the order of the flattened field.
+    Parameters
+    ----------
+    inputs : (n, inputs) array
+        Scaled.
+    values : (n, ny, nx) array
+        At least 0.
+    y, x : array
+        Coordinates of the points, ascending, m.
+    pairs : Rows, optional
+        Rows of the level before that the runs are; of the coarsest level None.
+    places : mapping of str to Rows
+        By name, the cells of each place in the order of the flattened field.
     """
 
     inputs: Array
@@ -44,7 +53,10 @@ class FieldLevel:
 class Chosen:
     """The emulator of a threshold: continuation, fitted levels, the level of the threshold, scores.
 
-    of_values : of a single place, how its latent values are predicted.
+    Parameters
+    ----------
+    of_values : ScalarScore, optional
+        Of a single place, how its latent values are predicted.
     """
 
     latent: Latent

@@ -43,9 +43,16 @@ LEAST_VARIANCE = 1e-18
 class Kriging:
     """Predictor of outputs at any place from outputs at given places.
 
-    inputs : (n, inputs) places of the runs, scaled to about one. lengths : (inputs,) correlation lengths.
-    nugget : variance at one place, relative to that of the process: what the inputs do not explain.
-    trend : whether the mean of an output is constant or linear in the inputs.
+    Parameters
+    ----------
+    inputs : (n, inputs) array
+        Places of the runs, scaled to about one.
+    lengths : (inputs,) array
+        Correlation lengths.
+    nugget : float
+        Variance at one place, relative to that of the process: what the inputs do not explain.
+    trend : Trend
+        Whether the mean of an output is constant or linear in the inputs.
     """
 
     inputs: Array

@@ -24,9 +24,14 @@ SLOPES = (0.005, 0.01, 0.02, 0.04)
 class Latent:
     """How a field is continued.
 
-    slope : fall by metre of distance to the nearest wet cell, for a field whose ``size`` is 1. root : whether
-    the square root of the field is continued. size : what values of the field are relative to; depths in m
-    have 1.
+    Parameters
+    ----------
+    slope : float
+        Fall by metre of distance to the nearest wet cell, for a field whose ``size`` is 1.
+    root : bool
+        Whether the square root of the field is continued.
+    size : float
+        What values of the field are relative to; depths in m have 1.
     """
 
     slope: float

@@ -23,8 +23,14 @@ class Levels:
     Each ``delta`` is a process of its own with a constant trend, independent of the others, so that variances
     add (Kennedy & O'Hagan 2000 with a scale of one, https://doi.org/10.1093/biomet/87.1.1).
 
-    parts : kriging of the coarsest level, then of each difference. outputs : (runs of the part, c) what each
-    is made from. pairs : rows of the level before that the runs of each difference are, one less.
+    Parameters
+    ----------
+    parts : tuple of Kriging
+        Kriging of the coarsest level, then of each difference.
+    outputs : tuple of array
+        (runs of the part, c) what each is made from.
+    pairs : tuple of Rows
+        Rows of the level before that the runs of each difference are, one less.
     """
 
     parts: tuple[Kriging, ...]
@@ -92,8 +98,16 @@ def fit_levels(
 class Draws:
     """Draws of the inputs that probabilities are taken over.
 
-    at : (m, inputs) places, scaled as those of the runs. share : (m,) share of each, their sum is 1. first :
-    positions of the few draws that paths are drawn at. share_of_first : share of each of these, their sum 1.
+    Parameters
+    ----------
+    at : (m, inputs) array
+        Places, scaled as those of the runs.
+    share : (m,) array
+        Share of each, their sum is 1.
+    first : Rows
+        Positions of the few draws that paths are drawn at.
+    share_of_first : array
+        Share of each of these, their sum 1.
     """
 
     at: Array

@@ -22,8 +22,14 @@ BEYOND = 8.0
 class Quantile:
     """A quantile of one output.
 
-    value : on the finest level. lower, upper : 95 % interval of what few runs leave open. coarse : on the
-    coarsest level.
+    Parameters
+    ----------
+    value : float
+        On the finest level.
+    lower, upper : float
+        95 % interval of what few runs leave open.
+    coarse : float
+        On the coarsest level.
     """
 
     value: float

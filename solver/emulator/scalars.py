@@ -38,7 +38,10 @@ class Scalar:
 class Quantiles:
     """Quantiles of a number a run, shape (shares,) each, with half widths of their errors.
 
-    discretisation : NaN with one level. total : of both.
+    Parameters
+    ----------
+    discretisation : array
+        NaN with one level.
     """
 
     values: Array

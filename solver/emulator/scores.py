@@ -16,9 +16,15 @@ TWO_SIDED = 1.959963984540054
 class ExceedanceScore:
     """Leave-one-out score of probabilities to be above a threshold.
 
-    ratio : Brier score of the predicted probabilities over that of the share of the other runs, pooled over
-    outputs; 0 is perfect, 1 no better than the share, NaN where no output ever differs. calibration : factor,
-    at least 1, by which errors exceed what the predicted probabilities say. brier : (c,) score by output.
+    Parameters
+    ----------
+    ratio : float
+        Brier score of the predicted probabilities over that of the share of the other runs, pooled over
+        outputs; 0 is perfect, 1 no better than the share, NaN where no output ever differs.
+    calibration : float
+        Factor, at least 1, by which errors exceed what the predicted probabilities say.
+    brier : (c,) array
+        Score by output.
     """
 
     ratio: float
@@ -61,8 +67,16 @@ def exceedance_score(
 class ScalarScore:
     """Leave-one-out score of one output.
 
-    q2 : share of the variance that is predicted. coverage : share of the runs within the 95 % interval as
-    predicted from the others. worst : largest error in deviations. rmse : root mean square error.
+    Parameters
+    ----------
+    q2 : float
+        Share of the variance that is predicted.
+    coverage : float
+        Share of the runs within the 95 % interval as predicted from the others.
+    worst : float
+        Largest error in deviations.
+    rmse : float
+        Root mean square error.
     """
 
     q2: float

@@ -20,7 +20,14 @@ LEAST_Q2, LEAST_COVERAGE, WORST = 0.9, 0.8, 5.0
 class Verdict:
     """Whether a number is given.
 
-    refused : why not, empty where it is. warned : what makes it doubtful. noted : what else to know.
+    Parameters
+    ----------
+    refused : str
+        Why not, empty where it is.
+    warned : tuple of str
+        What makes it doubtful.
+    noted : str
+        What else to know.
     """
 
     refused: str = ""

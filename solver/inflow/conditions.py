@@ -62,7 +62,15 @@ class Inflow:
 
 @dataclass(frozen=True)
 class Section:
-    """A named line through which discharge is measured; its direction is that of an `Inflow`."""
+    """A named line through which discharge is measured.
+
+    Parameters
+    ----------
+    name : str
+        For tables.
+    line : tuple of (x, y)
+        Its corners, m; the direction is that of an `Inflow`.
+    """
 
     name: str
     line: Line
@@ -72,7 +80,10 @@ class Section:
 class Rating:
     """Unit discharge by depth, tables of shape (n,): log of depth (m) and of discharge (m2 s-1).
 
-    fixed : the largest depth of the section where it is given, m; 0 where the table says it.
+    Parameters
+    ----------
+    fixed : float
+        The largest depth of the section where it is given, m; 0 where the table says it.
     """
 
     log_depth: Array

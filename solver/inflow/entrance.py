@@ -22,7 +22,10 @@ _HALVINGS = 100
 class Entrance:
     """An inflow, the faces that it comes in through, and depth by discharge there.
 
-    slant : depth normal to the bed per vertical depth.
+    Parameters
+    ----------
+    slant : float
+        Depth normal to the bed per vertical depth.
     """
 
     inflow: Inflow

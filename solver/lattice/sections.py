@@ -22,9 +22,20 @@ from solver.lattice.window import Window
 class Doors(NamedTuple):
     """The faces of all inflows in a window, each array of shape (n,), sorted by cell.
 
-    row, column, cell : padded row and column and index of the cell that flow comes into. side : of the cell.
-    section : number of the inflow. sign : 1 where flow comes in toward the high side, else -1. direction :
-    components of it in plan, (2, n). width, bottom, slant : as in `Inflows`.
+    Parameters
+    ----------
+    row, column, cell : array
+        Padded row and column and index of the cell that flow comes into.
+    side : array
+        Of the cell.
+    section : array
+        Number of the inflow.
+    sign : array
+        1 where flow comes in toward the high side, else -1.
+    direction : array
+        Components of it in plan, (2, n).
+    width, bottom, slant : array
+        As in `Inflows`.
     """
 
     row: Indices

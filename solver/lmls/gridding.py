@@ -18,8 +18,14 @@ SUPPORT, DEGREE, WEIGHT_SHAPE = 9, 1, 4.0
 class Gridding:
     """How fields of a cloud come to the points of a lattice; made by `gridding`.
 
-    neighbours : (m, s), cells that each point is approximated from, nearest first. value : (m, s), their
-    weights. area : (n,), of the cloud's cells, m2.
+    Parameters
+    ----------
+    neighbours : (m, s) array
+        Cells that each point is approximated from, nearest first.
+    value : (m, s) array
+        Their weights.
+    area : (n,) array
+        Of the cloud's cells, m2.
     """
 
     lattice: Lattice

@@ -86,9 +86,16 @@ def shape_functions(
 class Approximation:
     """The LMLS approximation at m places as weights of the values at supports of s points each.
 
-    neighbours : (m, s), numbers of the points. value : (m, s), weights of the value, dimensionless.
-    along, across : (m, s), weights of the derivatives by x and y, 1/m. condition : (m,), condition number of
-    each moment matrix in the 2-norm.
+    Parameters
+    ----------
+    neighbours : (m, s) array
+        Numbers of the points.
+    value : (m, s) array
+        Weights of the value, dimensionless.
+    along, across : (m, s) array
+        Weights of the derivatives by x and y, 1/m.
+    condition : (m,) array
+        Condition number of each moment matrix in the 2-norm.
     """
 
     neighbours: Indices
@@ -105,8 +112,20 @@ class Approximation:
 class Local(NamedTuple):
     """The weighted least squares problem of eq. 17 at m places, on supports of s points.
 
-    offset : (m, s, 2), ``(x_j - x) / r``. basis : (m, s, b), p(x_j). weight : (m, s), W of eq. 18.
-    coefficients : (m, b, s), ``A^-1 B`` of eq. 22. radius : (m,), r, m. weight_shape : c of eq. 18.
+    Parameters
+    ----------
+    offset : (m, s, 2) array
+        ``(x_j - x) / r``.
+    basis : (m, s, b) array
+        p(x_j).
+    weight : (m, s) array
+        W of eq. 18.
+    coefficients : (m, b, s) array
+        ``A^-1 B`` of eq. 22.
+    radius : (m,) array
+        r, m.
+    weight_shape : float
+        c of eq. 18.
     """
 
     offset: Array

@@ -96,9 +96,17 @@ class Earthwork(Protocol):
 class Embankment:
     """A dam on its ground.
 
-    pieces : (n, 6), middle x and y (m), direction, half the length (m), elevation of the crest in the middle
-    (m) and its slope. slope : tangent of the sides. half_width : of the crest, m. reach : distance from the
-    crest within which sides have to meet the ground, m.
+    Parameters
+    ----------
+    pieces : (n, 6) array
+        Middle x and y (m), direction, half the length (m), elevation of the crest in the middle (m) and
+        its slope.
+    slope : float
+        Tangent of the sides.
+    half_width : float
+        Of the crest, m.
+    reach : float
+        Distance from the crest within which sides have to meet the ground, m.
     """
 
     pieces: Array

@@ -44,7 +44,10 @@ def _given(density: float | None) -> float:
 class ErosionLaw(Checked):
     """Base of the laws of erosion.
 
-    number : one of the constants of this module.
+    Attributes
+    ----------
+    number : int
+        One of the constants of this module.
     """
 
     number: ClassVar[int]

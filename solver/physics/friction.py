@@ -74,7 +74,10 @@ DEFAULT_LAMINAR_RESISTANCE = 24.0
 class Friction(Checked):
     """Base of laws of basal friction.
 
-    comes_to_rest : whether it stops what no gravity drives.
+    Attributes
+    ----------
+    comes_to_rest : bool
+        Whether it stops what no gravity drives.
     """
 
     comes_to_rest: ClassVar[bool] = True

@@ -35,7 +35,10 @@ class Terrain(Protocol):
 def integrate(function: Callable[[Array], Array], start: ArrayLike, stop: ArrayLike) -> Array:
     """Integrate a function over each interval start..stop by 16-point Gauss-Legendre quadrature.
 
-    start, stop : broadcast to one shape, which the result has; function maps arrays of any shape pointwise.
+    Parameters
+    ----------
+    start, stop : ArrayLike
+        Broadcast to one shape, which the result has; function maps arrays of any shape pointwise.
     """
     start, stop = np.broadcast_arrays(np.asarray(start, np.float64), np.asarray(stop, np.float64))
     half = (stop - start) / 2

@@ -144,7 +144,19 @@ class PointCloud:
 
 
 def given_points(points: ArrayLike, x: tuple[float, float], y: tuple[float, float]) -> PointCloud:
-    """Cloud of given coordinates (n, 2), m, put in order; messages name points by their given numbers.
+    """Cloud of given points, put in order; messages name points by their given numbers.
+
+    Parameters
+    ----------
+    points : (n, 2) array_like
+        Coordinates, m.
+    x, y : tuple of float
+        Bounds of the domain, m.
+
+    Returns
+    -------
+    PointCloud
+        Along a Hilbert curve.
 
     Raises
     ------
@@ -156,7 +168,21 @@ def given_points(points: ArrayLike, x: tuple[float, float], y: tuple[float, floa
 
 
 def random_points(x: tuple[float, float], y: tuple[float, float], count: int, seed: int = 0) -> PointCloud:
-    """Cloud of ``count`` points within 1 %, placed at random and evenly; a seed gives the same everywhere.
+    """Cloud of points placed at random and evenly, by Poisson-disc sampling.
+
+    Parameters
+    ----------
+    x, y : tuple of float
+        Bounds of the domain, m.
+    count : int
+        Number of points, met within 1 %.
+    seed : int
+        Gives the same points everywhere.
+
+    Returns
+    -------
+    PointCloud
+        Along a Hilbert curve.
 
     Raises
     ------
@@ -177,7 +203,25 @@ def graded_points(
     growth: float = 0.1,
     seed: int = 0,
 ) -> PointCloud:
-    """Cloud with one point per ``spacing^2`` (m2), denser in and around refinements, within 1 % in number.
+    """Cloud that is denser in and around refinements.
+
+    Parameters
+    ----------
+    x, y : tuple of float
+        Bounds of the domain, m.
+    spacing : float
+        Away from refinements, m: a point per ``spacing**2``, within 1 % in number.
+    refinements : sequence of Refinement
+        Where points stand closer.
+    growth : float
+        Growth of the spacing per distance from a refinement, dimensionless.
+    seed : int
+        Gives the same points everywhere.
+
+    Returns
+    -------
+    PointCloud
+        Along a Hilbert curve.
 
     Raises
     ------

@@ -13,7 +13,14 @@ from solver.compiled import kernel
 
 @dataclass(frozen=True)
 class Refinement:
-    """A rectangle ``x[0]..x[1]`` by ``y[0]..y[1]``, m, in which points stand ``spacing`` apart, m.
+    """A rectangle in which points stand closer.
+
+    Parameters
+    ----------
+    x, y : tuple of float
+        Its bounds, m.
+    spacing : float
+        Distance of the points in it, m.
 
     Raises
     ------
@@ -93,7 +100,10 @@ def points_per_domain(
 ) -> float:
     """Integral of ``1 / spacing^2`` over the domain by the midpoint rule, in order.
 
-    bounds : (4,) array, x_min, x_max, y_min, y_max, m.
+    Parameters
+    ----------
+    bounds : (4,) array
+        X_min, x_max, y_min, y_max, m.
     """
     dx, dy = (bounds[1] - bounds[0]) / columns, (bounds[3] - bounds[2]) / rows
     total = 0.0

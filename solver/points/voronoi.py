@@ -20,11 +20,30 @@ SHORTEST_FACE = 1e-13
 class ControlVolumes:
     """Voronoi cells clipped to a rectangle, and the faces between them.
 
-    area : (n,), m2. centroid : (n, 2), m. second_moment : (n, 3), means of ``X^2, X Y, Y^2`` over each cell
-    about its centroid, m2. left, right : (f,), cells on both sides of each face, left < right.
-    length : (f,), m. normal : (f, 2), unit vector from left to right. midpoint : (f, 2), m.
-    side_cell : (b,), cell of each boundary face. side : (b,), 0 to 3 for x_min, x_max, y_min, y_max.
-    side_length : (b,), m. side_midpoint : (b, 2), m.
+    Parameters
+    ----------
+    area : (n,) array
+        In m2.
+    centroid : (n, 2) array
+        In m.
+    second_moment : (n, 3) array
+        Means of ``X^2, X Y, Y^2`` over each cell about its centroid, m2.
+    left, right : (f,) array
+        Cells on both sides of each face, left < right.
+    length : (f,) array
+        In m.
+    normal : (f, 2) array
+        Unit vector from left to right.
+    midpoint : (f, 2) array
+        In m.
+    side_cell : (b,) array
+        Cell of each boundary face.
+    side : (b,) array
+        0 to 3 for x_min, x_max, y_min, y_max.
+    side_length : (b,) array
+        In m.
+    side_midpoint : (b, 2) array
+        In m.
     """
 
     area: Array

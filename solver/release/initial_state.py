@@ -23,10 +23,17 @@ Array = NDArray[np.float64]
 class Laid:
     """Releases laid on points.
 
-    depth, velocity_x, velocity_y : of the shape of the points, m and m s-1; velocities of releases that
-    overlap are weighted by their depths, and zero where nothing lies. volume : what the cells hold, m3.
-    volume_asked : sum of the volumes asked for, or of the shapes' own, m3. volume_lost : what lies outside
-    all cells, m3.
+    Parameters
+    ----------
+    depth, velocity_x, velocity_y : array
+        Of the shape of the points, m and m s-1; velocities of releases that overlap are weighted by their
+        depths, and zero where nothing lies.
+    volume : float
+        What the cells hold, m3.
+    volume_asked : float
+        Sum of the volumes asked for, or of the shapes' own, m3.
+    volume_lost : float
+        What lies outside all cells, m3.
     """
 
     depth: Array
@@ -43,6 +50,18 @@ def initial_state(releases: Sequence[Release], points: Lattice | PointCloud) -> 
     A release with a volume V is scaled by V/(V_cells + V_lost), V_cells what its averages hold and V_lost the
     part of its shape outside all cells: a release inside the domain holds V to round-off, one partly outside
     holds V less the volume lost.
+
+    Parameters
+    ----------
+    releases : sequence of Release
+        Shapes, with their volumes and velocities.
+    points : Lattice or PointCloud
+        Points whose cells they are averaged over.
+
+    Returns
+    -------
+    Laid
+        Depth (m) and velocity (m s-1) of the shape of the points, and volumes, m3.
 
     Raises
     ------

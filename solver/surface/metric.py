@@ -21,8 +21,13 @@ from solver.physics.elevation import Surface, frames_of, plan_slopes
 class EdgeFrames(NamedTuple):
     """Edges between a cell and the next one, each array flat, at the index of the cell on the low side.
 
-    length : m. c_low, s_low, c_high, s_high : components of the unit conormal, which points to the high side,
-    in the frame of the cell on either side. The tangent has the components (-s, c).
+    Parameters
+    ----------
+    length : array
+        In m.
+    c_low, s_low, c_high, s_high : array
+        Components of the unit conormal, which points to the high side, in the frame of the cell on either
+        side. The tangent has the components (-s, c).
     """
 
     length: Array
@@ -35,11 +40,22 @@ class EdgeFrames(NamedTuple):
 class Metric(NamedTuple):
     """What the kernels know of the surface, flat arrays of the padded lattice.
 
-    per_area : m-2. g_1, g_2, g_n : gravity along e1 and e2 and normal to the bed, m s-2.
-    k_11, k_12, k_22 : normal curvature, m-1, positive in hollows. p, r, q : the slope of depth in the cell's
-    frame is ``(p h_x, r h_x + q h_y)`` with the derivatives in plan. falling : wave rate that gives the
-    longest step from rest, s-1. drain : 1 + number of the side that takes what reaches the cell, 0 for none.
-    x_edges, y_edges : edges to the next cell along x and y.
+    Parameters
+    ----------
+    per_area : array
+        In m-2.
+    g_1, g_2, g_n : array
+        Gravity along e1 and e2 and normal to the bed, m s-2.
+    k_11, k_12, k_22 : array
+        Normal curvature, m-1, positive in hollows.
+    p, r, q : array
+        The slope of depth in the cell's frame is ``(p h_x, r h_x + q h_y)`` with the derivatives in plan.
+    falling : array
+        Wave rate that gives the longest step from rest, s-1.
+    drain : array
+        1 + number of the side that takes what reaches the cell, 0 for none.
+    x_edges, y_edges : EdgeFrames
+        Edges to the next cell along x and y.
     """
 
     per_area: Array

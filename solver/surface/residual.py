@@ -97,7 +97,12 @@ def limit_outflow(
 ) -> None:
     """Replace fluxes by what cells can afford, as `solver.lattice.residual.limit_outflow`.
 
-    u, v : velocity in the frames of the cells, m s-1. edges : of the direction.
+    Parameters
+    ----------
+    u, v : array
+        Velocity in the frames of the cells, m s-1.
+    edges : EdgeFrames
+        Of the direction.
     """
     _, c_low, s_low, c_high, s_high = edges
     for k in range(count):

@@ -174,7 +174,10 @@ class SurfaceRun(LatticeRun):
 def frame_at(metric: Metric, doors: Doors, stride: int) -> tuple[Array, Array, Array]:
     """Components of the normals of doors in the frames of their cells, and lengths (m), three of shape (n,).
 
-    stride : length of a padded row.
+    Parameters
+    ----------
+    stride : int
+        Length of a padded row.
     """
     low = (doors.side == LOW_X) | (doors.side == LOW_Y)
     behind = np.where(doors.side <= HIGH_X, 1, stride)

@@ -34,9 +34,18 @@ SEED = 1
 class Case:
     """A scene on a rectangle, and what it should come to.
 
-    x, y : bounds, m. time : of the comparison, s. scene : makes the scene of a scheme on points. expected :
-    depth (m) and momentum along the bed (h u, m2 s-1) at that time, each of the shape of the points.
-    filled : whether the cells of a lattice fill the bounds; otherwise its points reach them.
+    Parameters
+    ----------
+    x, y : tuple[float, float]
+        Bounds, m.
+    time : float
+        Of the comparison, s.
+    scene : callable
+        Makes the scene of a scheme on points.
+    expected : callable
+        Depth (m) and momentum along the bed (h u, m2 s-1) at that time, each of the shape of the points.
+    filled : bool
+        Whether the cells of a lattice fill the bounds; otherwise its points reach them.
     """
 
     x: tuple[float, float]
@@ -72,7 +81,12 @@ class Case:
 class Measured:
     """Relative errors of one run, dimensionless, beside the run itself.
 
-    depth, momentum : L2 norms over the points, by the area of their cells. depth_l1 : L1 norm of depth.
+    Parameters
+    ----------
+    depth, momentum : float
+        L2 norms over the points, by the area of their cells.
+    depth_l1 : float
+        L1 norm of depth.
     """
 
     depth: float

@@ -48,8 +48,22 @@ DENSITY = 2000.0
 class Uniform:
     """A uniform flow of depth h (m) and speed u (m s-1) on a plane, which takes up its bed.
 
-    angle : of the plane, degrees. friction : the law. law : of erosion. depth, speed : at the start. bed :
-    erodible depth, m. time : that it goes on, s. step : longest time step of its runs, s.
+    Parameters
+    ----------
+    angle : float
+        Of the plane, degrees.
+    friction : Coulomb
+        The law.
+    law : ErosionLaw
+        Of erosion.
+    depth, speed : float
+        At the start.
+    bed : float
+        Erodible depth, m.
+    time : float
+        That it goes on, s.
+    step : float
+        Longest time step of its runs, s.
     """
 
     angle: float

@@ -47,10 +47,17 @@ def row(bounds: tuple[float, float], spacing: float) -> Lattice:
 class Shock:
     """What a granular shock left behind, at worst over the second half of its way.
 
-    offset : distance of the shock from the exact one, in spacings. behind : largest speed from four spacings
-    behind it to half way to the start-up wave, as part of the arriving one. start_up : the same with the wave
-    that the first, sharp shock sends ahead of itself. precursor : how far beyond the reach of the fastest
-    signal a cell is not exactly at rest, in spacings.
+    Parameters
+    ----------
+    offset : float
+        Distance of the shock from the exact one, in spacings.
+    behind : float
+        Largest speed from four spacings behind it to half way to the start-up wave, as part of the
+        arriving one.
+    start_up : float
+        The same with the wave that the first, sharp shock sends ahead of itself.
+    precursor : float
+        How far beyond the reach of the fastest signal a cell is not exactly at rest, in spacings.
     """
 
     spacing: float

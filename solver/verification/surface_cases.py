@@ -30,8 +30,16 @@ BREADTH = 6.0
 class Arc(NamedTuple):
     """A patch that has moved along an arc.
 
-    energy : change of kinetic energy over what it was. sideways : of the centre of volume, m.
-    went : way of the centre of volume along the arc, m. rests : whether it came to rest.
+    Parameters
+    ----------
+    energy : float
+        Change of kinetic energy over what it was.
+    sideways : float
+        Of the centre of volume, m.
+    went : float
+        Way of the centre of volume along the arc, m.
+    rests : bool
+        Whether it came to rest.
     """
 
     energy: float
@@ -49,7 +57,12 @@ def centred(half_x: float, half_y: float, spacing: float) -> Lattice:
 def cap_error(azimuth: float, root: float) -> tuple[float, Result]:
     """Relative L2 error of depth of the frictionless cap on a plane of 35 degrees, at 5 s, and its run.
 
-    azimuth : direction of the fall, degrees. root : square root of the area of a cell, m.
+    Parameters
+    ----------
+    azimuth : float
+        Direction of the fall, degrees.
+    root : float
+        Square root of the area of a cell, m.
     """
     surface, solution = Inclined(azimuth, 35.0), FrictionlessCap()
     fall = float(np.cos(np.radians(35)))
@@ -79,8 +92,22 @@ def slide_on_arc(
 ) -> Arc:
     """Let a round patch slide along a great circle of a surface of radius RADIUS.
 
-    azimuth : of the way, degrees. start : arc length from the lowest point, m. speed : m s-1. depth : m.
-    friction : degrees. gravity : m s-2. end : s.
+    Parameters
+    ----------
+    azimuth : float
+        Of the way, degrees.
+    start : float
+        Arc length from the lowest point, m.
+    speed : float
+        In m s-1.
+    depth : float
+        In m.
+    friction : float
+        Degrees.
+    gravity : float
+        In m s-2.
+    end : float
+        In s.
     """
     c, s = np.cos(np.radians(azimuth)), np.sin(np.radians(azimuth))
     place, room = abs(RADIUS * np.sin(start / RADIUS)), 3.8 * BREADTH * (c + s)

@@ -33,7 +33,12 @@ TURNED = ((3.0, 15.0), (3.0, 20.0), (5.0, 20.0), (5.0, 30.0))
 class Shock:
     """A stationary or moving shock: ratio of the depths, and what the case is measured by.
 
-    angle : between the shock and the stream before it, radians. froude : behind it.
+    Parameters
+    ----------
+    angle : float
+        Between the shock and the stream before it, radians.
+    froude : float
+        Behind it.
     """
 
     ratio: float
@@ -77,8 +82,14 @@ def turned(froude: float, deflection: float) -> Shock:
 class Stopped:
     """What the lattice makes of a stream against a wall.
 
-    ratio : of depths, at the wall. speed : of the bore from 4 m to 8 m, over that of waves. volume_error : of
-    the ledger.
+    Parameters
+    ----------
+    ratio : float
+        Of depths, at the wall.
+    speed : float
+        Of the bore from 4 m to 8 m, over that of waves.
+    volume_error : float
+        Of the ledger.
     """
 
     ratio: float

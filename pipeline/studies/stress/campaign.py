@@ -30,8 +30,14 @@ CRASH = "no error"
 class Row:
     """One scene of a campaign.
 
-    watched : what became of it; None where it was refused, ``reason`` says why. repeats : what came of
-    repeating it. file : where a failing scene was written.
+    Parameters
+    ----------
+    watched : Watched, optional
+        What became of it; None where it was refused, ``reason`` says why.
+    repeats : list[Check]
+        What came of repeating it.
+    file : Path, optional
+        Where a failing scene was written.
     """
 
     drawn: Drawn

@@ -34,8 +34,14 @@ ENDS = "the run goes on to its end"
 class Watched:
     """What became of a scene.
 
-    worst : of every law the check nearest to its limit, or the first beyond it, with its time, s. checks :
-    number of checks of every law. shortest, longest : of its time steps, s. left : what hindered it.
+    Parameters
+    ----------
+    worst : dict[str, tuple[Check, float]]
+        Of every law the check nearest to its limit, or the first beyond it, with its time, s.
+    checks : dict[str, int]
+        Number of checks of every law.
+    shortest, longest : float
+        Of its time steps, s.
     """
 
     outcome: int = REACHED
