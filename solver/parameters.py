@@ -69,6 +69,9 @@ class Parameter:
         For people; the unit in CF notation, empty for numbers without one and for words.
     above, at_least, below, at_most : float, optional
         Bounds of the number, or of each number of a tuple.
+    usual : tuple of float, optional
+        Range of a number above 0 that covers what is known of nature and laboratories; scenario files are
+        warned of others, which are mostly of another unit.
     scenario_at_most : float, optional
         A bound for scenario files alone; experiments in Python may exceed it.
     ordered : bool
@@ -91,6 +94,7 @@ class Parameter:
     at_least: float | None = None
     below: float | None = None
     at_most: float | None = None
+    usual: tuple[float, float] | None = None
     scenario_at_most: float | None = None
     ordered: bool = False
     min_items: int = 0

@@ -21,6 +21,7 @@ from pipeline.scenario import endless, solver_objects, structures
 from pipeline.scenario.design import share_within
 from pipeline.scenario.ground import OUTSIDE, Ground, GroundCheck
 from pipeline.scenario.places import on_bed, part_inside, receptors_on_bed
+from pipeline.scenario.plausibility import reversed_periods, unusual
 from pipeline.scenario.schema_errors import check
 from pipeline.scenario.strict_yaml import Document, Path
 from pipeline.scenario.sweep_checks import check_design
@@ -76,6 +77,7 @@ def check_document(document: Document, folder: FilePath) -> Checked:
             problems = judge.for_all_runs(settings)
     judge.lost.clear()
     judge.flat.clear()
+    judge.unusual.clear()
     problems += check_design(document.data, sample, problems, judge.check)
     told = {(mistake.line, mistake.column) for mistake in document.mistakes}
     mistakes = [document.mistake(p.path, p.message, at_key=p.at_key) for p in problems]
@@ -100,6 +102,7 @@ class _Judge:
         self.lost: dict[Path, tuple[float, float]] = {}
         self.short: dict[Path, float] = {}
         self.flat: dict[Path, float] = {}
+        self.unusual: dict[Path, str] = {}
         self.late: dict[Path, float] = {}
         self.cut: dict[Path, str] = {}
         self.ground: Georeference | None = None
@@ -122,6 +125,7 @@ class _Judge:
             angle = getattr(settings.material, name)
             if angle is not None and 0 < angle < LEAST_ANGLE:
                 self.flat["material", name] = angle
+        self.unusual |= unusual(settings)
         self.ground = settings.georeference
         if any(name not in self.hydrographs for name in settings.hydrograph_files):
             return problems
@@ -309,8 +313,9 @@ class _Judge:
             (path, f"{100 * share:.2g} % of the volume come in after the end of the run, and are left out")
             for path, share in self.late.items()
         ]
-        drawn = [*_far_out(settings), *_uneven(settings)]
-        return [*files, *lost, *short, *flat, *late, *self.cut.items(), *_left_out(settings), *drawn]
+        drawn = [*_far_out(settings), *_uneven(settings), *reversed_periods(settings)]
+        odd = [*flat, *self.unusual.items()]
+        return [*files, *lost, *short, *odd, *late, *self.cut.items(), *_left_out(settings), *drawn]
 
     def _points(self, settings: Settings) -> list[Problem]:
         """Read the file of a ``file`` layout, once, and list what is wrong with its points."""

@@ -85,6 +85,7 @@ class GrowthRate(ErosionLaw):
         "growth G of the flow's volume on its way",
         "m-1",
         at_least=0,
+        usual=(1e-5, 0.2),
         advice="ln(V_f/V_0)/S of a flow that grows from V_0 to V_f on a way of S.",
     )
 
@@ -112,9 +113,12 @@ class ShearStress(ErosionLaw):
         "m Pa-1",
         above=0,
         default=1e-4,
+        usual=(1e-6, 1e-2),
         advice="1e-5 to 1e-4.",
     )
-    critical_stress: float = parameter("stress below which nothing is eroded", "Pa", at_least=0, default=1e3)
+    critical_stress: float = parameter(
+        "stress below which nothing is eroded", "Pa", at_least=0, default=1e3, usual=(5, 100_000)
+    )
     stress: Literal["depth-slope", "friction"] = parameter(
         "the shear stress",
         default="depth-slope",

@@ -39,19 +39,34 @@ BED_FRICTION = Parameter(
 """The bed friction angle, which laws of friction and of earth pressure have in common."""
 
 
-DENSITY = Parameter(meaning="density of the flow", unit="kg m-3", above=0, advice="About 1800 to 2200.")
+DENSITY = Parameter(
+    meaning="density of the flow",
+    unit="kg m-3",
+    above=0,
+    usual=(1000, 3000),
+    advice="About 1800 to 2200.",
+)
 """The density of the flow, which laws of stress need."""
 
 YIELD_STRESS = Parameter(
-    meaning="yield stress tau_y", unit="Pa", at_least=0, advice="About 100 to 3000 for mud and debris flows."
+    meaning="yield stress tau_y",
+    unit="Pa",
+    at_least=0,
+    usual=(5, 20_000),
+    advice="About 100 to 3000 for mud and debris flows.",
 )
 VISCOSITY = Parameter(
-    meaning="dynamic viscosity eta", unit="Pa s", above=0, advice="About 1 to 1000 for mud and debris flows."
+    meaning="dynamic viscosity eta",
+    unit="Pa s",
+    above=0,
+    usual=(1e-3, 10_000),
+    advice="About 1 to 1000 for mud and debris flows.",
 )
 MANNING = Parameter(
     meaning="Manning's roughness n",
     unit="s m-1/3",
     above=0,
+    usual=(0.008, 0.4),
     advice="About 0.03 to 0.06 for channels with stones, 0.1 and more for vegetation.",
 )
 BETA = Parameter(
@@ -161,7 +176,11 @@ class Voellmy(Coulomb):
     advice: ClassVar[str] = "debris flows in practice, with values calibrated by observed events"
 
     turbulent_friction: float = parameter(
-        "Voellmy's turbulent friction xi", "m s-2", above=0, advice="Usually 100 to 1000 for debris flows."
+        "Voellmy's turbulent friction xi",
+        "m s-2",
+        above=0,
+        usual=(20, 10_000),
+        advice="Usually 100 to 1000 for debris flows.",
     )
     cohesion: float = parameter(
         "cohesion N_0, by which friction grows with the load up to (1 - mu) N_0",
@@ -203,7 +222,11 @@ class Chezy(Friction):
     comes_to_rest: ClassVar[bool] = False
 
     chezy_coefficient: float = parameter(
-        "Chezy's coefficient C", "m1/2 s-1", above=0, advice="About 10 to 30 for steep streams."
+        "Chezy's coefficient C",
+        "m1/2 s-1",
+        above=0,
+        usual=(2, 100),
+        advice="About 10 to 30 for steep streams.",
     )
 
     def resistance(self, gravity: float) -> Uniform:
@@ -336,7 +359,11 @@ class HerschelBulkley(Friction):
 
     yield_stress: float = shared(YIELD_STRESS)
     consistency: float = parameter(
-        "consistency K", "Pa s^n", above=0, advice="About 10 to 1000 for mud and debris flows."
+        "consistency K",
+        "Pa s^n",
+        above=0,
+        usual=(0.1, 10_000),
+        advice="About 10 to 1000 for mud and debris flows.",
     )
     flow_index: float = parameter(
         "flow index n", at_least=0.1, at_most=2, advice="About 1/3 for mud; 1 is a Bingham fluid."
