@@ -232,6 +232,7 @@ def state_at_face(
     part: float,
     sign: float,
     beta: float,
+    wave: float,
     dry: float,
 ) -> tuple[float, float, float]:
     """Depth, normal and tangential velocity that a cell has at the midpoint of a face.
@@ -252,6 +253,8 @@ def state_at_face(
         1 if the normal points to the cell beyond, -1 if it points back.
     beta : float
         g cos(xi) K of the cell along the normal (eq. 7), m s-2.
+    wave : float
+        Speed of waves in the cell along the normal, m s-1.
     dry : float
         Depth up to which a cell counts as dry, m.
     """
@@ -268,8 +271,12 @@ def state_at_face(
     )
     behind = h_behind, n_behind, beta * h_behind
     least = least_shown(h, lead(n, n_behind, sign), beta * h_behind)
-    state: tuple[float, float, float] = face_state(cell, at_face, h_beyond, behind, least, sign, dry)
-    return state
+    depth, normal, tangential = face_state(cell, at_face, h_beyond, behind, least, sign, dry)
+    # what moves away from a face sends waves to it and no more: beyond them it shows nothing that leaves
+    sent = sign * n + 2.0 * wave
+    sent = sent if sent > 0.0 else 0.0
+    turned = (sign * n < 0.0) & (sign * normal > sent)
+    return depth, sign * sent if turned else normal, tangential
 
 
 @kernel(unaliased=True)
@@ -329,6 +336,7 @@ def face_states(
         t_xi, t_yi = n_x * slopes[4, i] - n_y * slopes[2, i], n_x * slopes[5, i] - n_y * slopes[3, i]
         b_xi, b_yi, b_xj, b_yj = status.beta_x[i], status.beta_y[i], status.beta_x[j], status.beta_y[j]
         b_i, b_j = b_xi * (n_x * n_x) + b_yi * (n_y * n_y), b_xj * (n_x * n_x) + b_yj * (n_y * n_y)
+        c_i, c_j = math.sqrt(b_i * h_i), math.sqrt(b_j * h_j)
         one, two = (h_i, n_i, t_i), (h_j, n_j, t_j)
         h_low[k_], n_low[k_], t_low[k_] = state_at_face(
             one,
@@ -338,6 +346,7 @@ def face_states(
             part,
             1.0,
             b_i,
+            c_i,
             dry,
         )
         n_xj, n_yj = n_x * slopes[2, j] + n_y * slopes[4, j], n_x * slopes[3, j] + n_y * slopes[5, j]
@@ -350,9 +359,10 @@ def face_states(
             1.0 - part,
             -1.0,
             b_j,
+            c_j,
             dry,
         )
-        c_low[k_], c_high[k_] = math.sqrt(b_i * h_i), math.sqrt(b_j * h_j)
+        c_low[k_], c_high[k_] = c_i, c_j
         s_i, s_j = status.static[i], status.static[j]
         static[k_], static[chunk + k_] = s_i, s_j
         l_x, l_y = g[6, f] * n_x, g[6, f] * n_y

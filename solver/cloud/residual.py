@@ -16,11 +16,11 @@ from solver.cloud.faces import ROOM, Faces, beyond, fill_ghosts_beyond, half_of
 from solver.cloud.fluxes import CloudBuffers, fluxes_through
 from solver.cloud.reconstruction import flatten_fed, slopes_at
 from solver.compiled import kernel
-from solver.kernels.boundary import account
+from solver.kernels.boundary import account, stopped
 from solver.kernels.friction import law_at
 from solver.kernels.limiter import EMPTIED, afforded
 from solver.kernels.source_terms import acting_share, update_cell
-from solver.kernels.state import BELOW_YIELD, LANES, CloudBed, Fields, Material, Status
+from solver.kernels.state import BELOW_YIELD, LANES, NO_SLIP, WALL, CloudBed, Fields, Material, Sides, Status
 
 # Blocks taken at a time, so that their fluxes are still at hand when their cells are updated.
 SEGMENT = 64
@@ -143,6 +143,45 @@ def limit_outflow(
 
 
 @kernel()
+def stop_at_walls(
+    now: Fields,
+    status: Status,
+    faces: Faces,
+    sides: Sides,
+    area: Array,
+    buffers: CloudBuffers,
+    start: int,
+    stop: int,
+    dt: float,
+) -> None:
+    """Bound what walls across the bed take from layers too thin to lean on them, as `boundary.stopped` does.
+
+    Parameters
+    ----------
+    area : (cells,) array
+        Of the control volumes, m2.
+    start, stop : int
+        Numbers of the boundary faces.
+    dt : float
+        Time step, s.
+    """
+    halves = buffers.halves
+    for b in range(start, stop):
+        f, side = faces.outer + b, faces.side[b]
+        if side > 1 or sides.kind[side] not in (WALL, NO_SLIP):
+            continue
+        i, outward, length = int(faces.left[f]), faces.geometry[0, f], faces.geometry[6, f]
+        if faces.geometry[2, f] * sides.excess[side] / status.beta_x[i] <= now.h[i]:
+            continue
+        free = 0.0 if status.static[i] == BELOW_YIELD else 1.0
+        pressed = free * status.beta_x[i] * outward * length * buffers.pressed[f]
+        impulse = outward * (-halves[1, f] - pressed) / length
+        bound = stopped(impulse, now.h[i] * outward * now.u[i], area[i] / length, dt)
+        if bound < impulse:
+            halves[1, f] = -outward * length * bound - pressed
+
+
+@kernel()
 def update_run(
     start: Fields,
     now: Fields,
@@ -217,6 +256,7 @@ def cloud_stage(
     a, b = first_side[runs[0, 0] // LANES], first_side[runs[activity.counts[0] - 1, 1] // LANES]
     fill_ghosts_beyond(now, status.beta_x, status.beta_y, faces, sides, a, b)
     fluxes_through(now, status, faces, sides, material.dry, buffers, faces.outer + a, faces.outer + b)
+    stop_at_walls(now, status, faces, sides, area, buffers, a, b, dt)
     at, limited = 0, False
     for r in range(activity.counts[1]):
         low, high = activity.fluxed_runs[r] // LANES

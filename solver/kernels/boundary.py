@@ -45,6 +45,28 @@ def boundary_flux(
 
 
 @kernel(inline=True)
+def stopped(impulse: float, toward: float, width: float, dt: float) -> float:
+    """Momentum that a wall takes from a layer too thin to lean on it: at most what stops the cell in a stage.
+
+    HLL takes ``h n (2 n + c)``. Of what gravity presses against the wall in a step as long as it takes to
+    fall by a spacing, that is more than the cell has, and throws it back up.
+
+    Parameters
+    ----------
+    impulse : float
+        Flux of outward momentum through the wall, without the pressure at rest, m3 s-2.
+    toward : float
+        Momentum of the cell toward the wall, m2 s-1.
+    width : float
+        Area of the cell over the length of the wall in it, m.
+    dt : float
+        Time step, s.
+    """
+    most = max(0.0, toward) * width / (dt + 1e-300)
+    return min(impulse, most)
+
+
+@kernel(inline=True)
 def account(leaving: float, side: int, ledger: Array) -> None:
     """Add a volume that leaves by a side, or comes in if it is negative, m3, to the ledger (4, 2)."""
     if leaving > 0.0:

@@ -18,7 +18,7 @@ import numpy as np
 
 from solver.arrays import Array
 from solver.compiled import ONE, kernel
-from solver.kernels.boundary import account, boundary_flux
+from solver.kernels.boundary import account, boundary_flux, stopped
 from solver.kernels.friction import law_at
 from solver.kernels.limiter import EMPTIED, afforded
 from solver.kernels.riemann import hll
@@ -32,6 +32,8 @@ from solver.kernels.state import (
     GHOSTS,
     LANES,
     MIDLINE,
+    NO_SLIP,
+    WALL,
     Bed,
     Fields,
     Fluxes,
@@ -262,8 +264,16 @@ def stage(
             )
             if a == GHOSTS:
                 restrict_side(x_fluxes, ring + a, h, u, v, beta_x, j * m + a, ONE, west, -1.0)
+                i = j * m + a
+                rise = -sides.excess[0] * grid.dx / beta_x[i]
+                if rise > h[i] and west in (WALL, NO_SLIP):
+                    x_fluxes.normal[ring + a] = stopped(x_fluxes.normal[ring + a], h[i] * -u[i], grid.dx, dt)
             if b == m - GHOSTS:
                 restrict_side(x_fluxes, ring + b, h, u, v, beta_x, j * m + b - 1, ONE, east, 1.0)
+                i = j * m + b - 1
+                rise = sides.excess[1] * grid.dx / beta_x[i]
+                if rise > h[i] and east in (WALL, NO_SLIP):
+                    x_fluxes.normal[ring + b] = stopped(x_fluxes.normal[ring + b], h[i] * u[i], grid.dx, dt)
             close_x(walls, j, m, along, x_fluxes, ring)
         if comes_in:
             close_to_backflow(inflows, h, j, m, x_fluxes, y_fluxes, ring)

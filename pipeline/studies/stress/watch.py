@@ -25,8 +25,6 @@ EVERY_STEP = 60
 EVERY_CELL = 3e5
 # A step that is at least this part of what is left was cut to meet the end.
 CUT = 0.49
-# No scene may hold up a campaign, s.
-MOST_SECONDS = 20.0
 ENDS = "the run goes on to its end"
 
 
@@ -105,8 +103,8 @@ def watch(scene: Scene, end: float, most_work: float = MOST_WORK, stop_at_first:
         state, found.steps = state_of_run(run), found.steps + 1
         _look(found, laws, last, state, left)
         last, seen = state, seen + scene.depth.size
-        spent = run.progress.cell_stages[0] > most_work or perf_counter() - began > MOST_SECONDS
-        if spent or (stop_at_first and found.violations):
+        # by work and not by the clock: a campaign is the same on every machine
+        if run.progress.cell_stages[0] > most_work or (stop_at_first and found.violations):
             break
     # the end checks what no state was looked at for
     found.note(laws.of_state(state_of_run(run)), run.time)
