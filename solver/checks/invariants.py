@@ -6,21 +6,19 @@ of unit density, in m5 s-2; a potential is g times a height, m2 s-2.
 
 from __future__ import annotations
 
-from functools import lru_cache
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.arrays import Array, Indices
+from solver.arrays import Array
+from solver.checks.heights import beyond, elevations, unseen
+from solver.checks.incoming import Coming, coming_in
+from solver.checks.states import Check, State
+from solver.checks.static_cells import RINGS, Edges, edges_of, surely_held
 from solver.kernels.friction import resistance_at_rest
 from solver.physics.earth_pressure import Isotropic
 from solver.physics.friction import Edwards
 from solver.physics.resistance import DryTurbulent
 from solver.physics.terrain import SlopeProfile
-from solver.points.cloud import PointCloud
-from solver.points.lattice import Lattice
-from solver.run import Run, entrances_of
 from solver.scene import Scene
 
 # Error of the ledger relative to what was released and came in.
@@ -32,196 +30,9 @@ STEP = 0.25
 # In a step energy may grow by this share of itself, times spacings per length of the release, and by this
 # share of what the volume gains where it falls by a spacing.
 GROWTH, FALL = 0.1, 0.1
-# What friction holds beyond doubt: slopes so many times as steep would stay below this share of its limit.
-STEEPER, SURELY = 3.0, 0.95
-# Rings of neighbours that have to be held too: what a reconstruction and its slopes may see.
-RINGS = 3
 # Everything is at rest after so many times the time that friction takes to stop the first speed limit.
 PATIENCE = 10.0
 ROUND_OFF = 1e-9
-
-
-class State(NamedTuple):
-    """A state of a run.
-
-    Parameters
-    ----------
-    h, u, v : array
-        Depth (m) and velocity (m s-1), of the shape of the points.
-    time : float
-        In s.
-    ledger : array
-        Volumes that came in and left through each side so far, (4, 2), m3.
-    eroded : array or float
-        Depth that the bed has lost, of the shape of the points or 0, m.
-    entrained : float
-        Volume that the flow has taken up, m3.
-    entered : float
-        Volume of inflows so far, m3.
-    """
-
-    h: Array
-    u: Array
-    v: Array
-    time: float
-    ledger: Array
-    eroded: Array | float = 0.0
-    entrained: float = 0.0
-    entered: float = 0.0
-
-
-def state_of_run(run: Run) -> State:
-    """Copy the state of a run."""
-    return State(*run.state, run.time, run.ledger.copy(), run.eroded, run.entrained, run.come_in)
-
-
-class Coming(NamedTuple):
-    """What comes in through sections at most.
-
-    Parameters
-    ----------
-    depth, speed : float
-        In m and m s-1; critical speed at least.
-    rows, columns : array
-        Of the cells it comes to, (n,).
-    starts : array
-        Times at which an inflow begins, s.
-    """
-
-    depth: float
-    speed: float
-    rows: Indices
-    columns: Indices
-    starts: Array
-
-
-def coming_in(scene: Scene) -> Coming | None:
-    """Find what comes in through sections of a scene; None where nothing does."""
-    found = entrances_of(scene)
-    if not found:
-        return None
-    peaks = [float(each.inflow.hydrograph.discharges.max()) for each in found]
-    deepest = max(float(each.depths(q).max()) for each, q in zip(found, peaks, strict=True))
-    speeds = [each.speeds(q) for each, q in zip(found, peaks, strict=True)]
-    units = [each.depths(q) * v for each, q, v in zip(found, peaks, speeds, strict=True)]
-    critical = (scene.gravity * max(scene.earth_pressure.coefficients()) * np.concatenate(units)) ** (1 / 3)
-    rows, columns = (np.concatenate(each) for each in zip(*(e.placed.downstream for e in found), strict=True))
-    graphs = [each.inflow.hydrograph for each in found]
-    starts = [graph.times[max(0, int(np.flatnonzero(graph.discharges)[0]) - 1)] for graph in graphs]
-    fastest = max(float(np.concatenate(speeds).max()), float(critical.max()))
-    return Coming(deepest, fastest, rows, columns, np.array(starts))
-
-
-class Check(NamedTuple):
-    """A law at one moment; it is kept where the value is at most the limit."""
-
-    law: str
-    value: float
-    limit: float
-
-    @property
-    def kept(self) -> bool:
-        """Whether the law is kept; what is not a number does not keep it."""
-        return bool(self.value <= self.limit)
-
-
-class Edges(NamedTuple):
-    """Pairs of neighbours: their numbers, and their distance, m, each of shape (e,)."""
-
-    left: Indices
-    right: Indices
-    distance: Array
-
-
-def edges_of(points: Lattice | PointCloud) -> Edges:
-    """List the pairs of neighbours of a lattice, numbered row after row, or of a cloud."""
-    if isinstance(points, PointCloud):
-        cells = points.control_volumes
-        way = cells.centroid[cells.right] - cells.centroid[cells.left]
-        return Edges(cells.left, cells.right, np.hypot(*way.T))
-    number = np.arange(points.shape[0] * points.shape[1]).reshape(points.shape)
-    left = np.concatenate([number[:, :-1].ravel(), number[:-1].ravel()])
-    right = np.concatenate([number[:, 1:].ravel(), number[1:].ravel()])
-    return Edges(left, right, np.repeat([points.dx, points.dy], [number[:, 1:].size, number[1:].size]))
-
-
-def surely_held(state: State, edges: Edges, pressure: float, pull: Array, hold: Array) -> NDArray[np.bool_]:
-    """Find the wet cells at rest that friction holds beyond doubt, and all around them, shape (n,).
-
-    Parameters
-    ----------
-    pressure : float
-        Largest earth-pressure coefficient times g, m s-2.
-    pull, hold : (n,) arrays
-        Pull of gravity along the bed and what friction can hold, m s-2.
-    """
-    h = state.h.ravel()
-    slope = np.abs(h[edges.right] - h[edges.left]) / edges.distance
-    steepest = np.zeros(h.size)
-    np.maximum.at(steepest, edges.left, slope)
-    np.maximum.at(steepest, edges.right, slope)
-    holds = (state.u.ravel() == 0) & (state.v.ravel() == 0)
-    holds &= (STEEPER * pressure * steepest + np.abs(pull) <= SURELY * hold) | (h == 0)
-    for _ in range(RINGS):
-        loose = ~holds
-        holds &= np.bincount(edges.left, loose[edges.right], h.size) == 0
-        holds &= np.bincount(edges.right, loose[edges.left], h.size) == 0
-    return np.asarray(holds & (h > 0))
-
-
-@lru_cache(maxsize=8)
-def elevations(terrain: SlopeProfile, points: Lattice | PointCloud) -> tuple[Array, Array]:
-    """Give the elevations of a bed at 501 places along the domain and at points, of their shape, m.
-
-    The runs of a sweep share them.
-    """
-    return terrain.elevation(np.linspace(*points.extent[0], 501)), terrain.elevation(points.coordinates[0])
-
-
-def slope_of(scene: Scene) -> SlopeProfile:
-    """Give the slope profile of a scene."""
-    if not isinstance(scene.terrain, SlopeProfile):
-        raise TypeError("the laws need a slope profile")
-    return scene.terrain
-
-
-def half_lengths(points: Lattice | PointCloud) -> tuple[Array, Array]:
-    """Give the places of cells along the slope, and half of their lengths, m."""
-    if isinstance(points, PointCloud):
-        cells = points.control_volumes
-        return cells.centroid[:, 0], np.sqrt(3.0 * cells.second_moment[:, 0])
-    x = points.x_points
-    return x, np.full(x.shape, points.dx / 2)
-
-
-def beyond(scene: Scene, lowest: float, level: float) -> float:
-    """Height above a level of the cells beside those that lie up to it, as a potential, m2 s-2.
-
-    What comes into the first cell of a rising bed counts with the height of its middle.
-
-    Parameters
-    ----------
-    scene : Scene
-        Of a slope profile.
-    lowest, level : float
-        Potential that is zero, and the level above it.
-    """
-    terrain, (x, half) = slope_of(scene), half_lengths(scene.points)
-    up_to = scene.gravity * terrain.elevation(x) - lowest <= level
-    beside = np.maximum(terrain.elevation(x - 2.0 * half), terrain.elevation(x + 2.0 * half))
-    return float(np.max(scene.gravity * beside[up_to] - lowest - level, initial=0.0))
-
-
-def unseen(scene: Scene) -> float:
-    """Largest fall of a cell beyond that of the bed below it, as a potential, m2 s-2.
-
-    A cell knows the inclination at its middle alone: on a cliff that is lower than the cell is long it falls
-    by its own length.
-    """
-    terrain, (x, half) = slope_of(scene), half_lengths(scene.points)
-    fall = 2.0 * half * np.abs(np.sin(terrain.inclination(x)))
-    bed = np.abs(terrain.elevation(x - half) - terrain.elevation(x + half))
-    return scene.gravity * float(np.max(fall - bed, initial=0.0))
 
 
 class Laws:

@@ -8,7 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 from solver.arrays import Array
-from solver.checks.invariants import LEDGER, SPEED, Coming, Laws, State, coming_in
+from solver.checks.incoming import Coming, coming_in
+from solver.checks.invariants import LEDGER, SPEED, Laws
+from solver.checks.states import State
 from solver.physics.elevation import Surface, edges_of, lifted_area
 from solver.points.lattice import Lattice
 from solver.result import Result

@@ -13,8 +13,9 @@ from stub_solvers import still
 from pipeline.store import zarr_store
 from pipeline.store.variables import Status
 from solver import simulation
-from solver.checks.invariants import Laws, state_of_run
+from solver.checks.invariants import Laws
 from solver.checks.plausibility import doubts, laws_of_speed
+from solver.checks.states import state_of_run
 from solver.forms import begin
 from solver.kernels.runge_kutta import NOT_FINITE, OUT_OF_STEPS
 from solver.physics.friction import Coulomb

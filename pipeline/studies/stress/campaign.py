@@ -18,7 +18,7 @@ from pipeline.studies.stress.repeats import repeat
 from pipeline.studies.stress.scenes import Drawn, can_be_run, draw, prepared, read
 from pipeline.studies.stress.shrink import shrink
 from pipeline.studies.stress.watch import MOST_WORK, Watched, watch
-from solver.checks.invariants import Check
+from solver.checks.states import Check
 
 # One scene in so many is repeated, by a draw of its own.
 ONE_IN = 10

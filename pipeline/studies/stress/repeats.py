@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from pipeline.studies.stress.scenes import Drawn, prepared
-from solver.checks.invariants import Check
+from solver.checks.states import Check
 from solver.forms import begin
 from solver.inflow.conditions import Inflow
 from solver.inflow.hydrograph import Hydrograph

@@ -21,6 +21,10 @@ from pipeline.scenario.scenario import load
 from pipeline.scenario.schema_errors import check
 from pipeline.scenario.strict_yaml import parse
 from pipeline.studies.stress import draws
+from pipeline.studies.stress.draw_beds import draw_erosion, draw_extent, draw_terrain
+from pipeline.studies.stress.draw_domains import draw_points, draw_sides
+from pipeline.studies.stress.draw_flows import draw_height, draw_inflow, draw_releases
+from pipeline.studies.stress.draw_materials import draw_law, draw_material, friction_class
 from solver.physics.constants import GRAVITY
 
 Data = draws.Data
@@ -86,20 +90,20 @@ def draw(seed: int, number: int) -> Drawn:
     kind = "collocation" if "collocation" in layout else "lattice" if layout == "lattice" else "cloud"
     gravity = draws.rounded(GRAVITY if rng.random() < 0.4 else draws.log_uniform(rng, 1e-3, 30.0))
     radius = draws.rounded(draws.log_uniform(rng, 1e-2, 1e3))
-    height, relief = draws.draw_height(rng, radius)
+    height, relief = draw_height(rng, radius)
     across = draws.log_uniform(rng, LEAST_ACROSS[kind], MOST_ACROSS[kind])
     spacing = draws.rounded(2 * radius / across)
     narrow = kind == "lattice" and rng.random() < 0.15
-    length, width = draws.draw_extent(rng, radius, spacing, narrow, MOST_POINTS[kind])
-    terrain, profile = draws.draw_terrain(rng, length, spacing)
-    material, pressure = draws.draw_material(rng, gravity, terrain)
+    length, width = draw_extent(rng, radius, spacing, narrow, MOST_POINTS[kind])
+    terrain, profile = draw_terrain(rng, length, spacing)
+    material, pressure = draw_material(rng, gravity, terrain)
     # from a generator of its own, so that scenes of the other laws stay the ones they are
     other = np.random.default_rng([seed, number, 1])
     if kind != "collocation" and other.random() < OTHER_LAWS:
-        material, pressure = draws.draw_law(other, gravity, height, terrain), "isotropic"
-    releases, motion = draws.draw_releases(rng, radius, height, gravity, length, width, narrow)
-    sides, boundary = draws.draw_sides(rng, height, narrow, kind, terrain, material)
-    points, places = draws.draw_points(rng, layout, spacing, length, width, radius)
+        material, pressure = draw_law(other, gravity, height, terrain), "isotropic"
+    releases, motion = draw_releases(rng, radius, height, gravity, length, width, narrow)
+    sides, boundary = draw_sides(rng, height, narrow, kind, terrain, material)
+    points, places = draw_points(rng, layout, spacing, length, width, radius)
     name = f"stress-{seed}-{number}"
     if places is not None:
         points["path"] = f"{name}.csv"
@@ -127,7 +131,7 @@ def draw(seed: int, number: int) -> Drawn:
         # drawn apart, so that scenes without are those that they were
         own = np.random.default_rng([seed, number, INFLOW])
         about = terrain, material, data["domain"], spacing, data["time"]["end"], gravity
-        inflow, comes_in = draws.draw_inflow(own, *about)
+        inflow, comes_in = draw_inflow(own, *about)
         if inflow:
             data["inflow"] = inflow
             if own.random() < 0.3:
@@ -138,7 +142,7 @@ def draw(seed: int, number: int) -> Drawn:
     erosion = "none"
     if kind != "collocation" and eroding.random() < ERODING:
         data["material"] = {**material, "density": draws.DENSITY}
-        data["erodible_bed"], erosion = draws.draw_erosion(eroding, gravity, height, radius, length)
+        data["erodible_bed"], erosion = draw_erosion(eroding, gravity, height, radius, length)
     # one frame, at the end: output times would change the steps
     data["time"]["output_every"] = data["time"]["end"]
     data["output"] = {"fields": ["depth", "deposit_depth", "max_depth", "max_speed"]}
@@ -153,7 +157,7 @@ def draw(seed: int, number: int) -> Drawn:
         else "several",
         "initial speed": {"still": "none", "moving": "some", "colliding": "some"}[motion],
         "earth pressure": pressure,
-        "friction": draws.friction_class(material),
+        "friction": friction_class(material),
         "erosion": erosion,
         "sides": boundary,
         "inflow": comes_in if "release" in data else f"{comes_in}, no release",

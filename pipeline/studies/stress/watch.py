@@ -8,7 +8,8 @@ from time import perf_counter
 
 import numpy as np
 
-from solver.checks.invariants import Check, Laws, State, state_of_run
+from solver.checks.invariants import Laws
+from solver.checks.states import Check, State, state_of_run
 from solver.cloud.run import CloudRun
 from solver.forms import begin
 from solver.kernels.runge_kutta import AT_REST, OUT_OF_STEPS, REACHED

@@ -11,13 +11,15 @@ from root import ROOT
 from scenes import SCENES, all_sides, scene
 
 from pipeline.studies.stress.campaign import Row, is_repeated, perform, shrunk
-from pipeline.studies.stress.draws import EROSION
+from pipeline.studies.stress.draw_beds import EROSION
 from pipeline.studies.stress.repeats import ROOTS, repeat
 from pipeline.studies.stress.report import largest_rate, rate
 from pipeline.studies.stress.scenes import LAYOUTS, Drawn, draw, prepared, read
 from pipeline.studies.stress.shrink import shrink
 from pipeline.studies.stress.watch import Watched, watch
-from solver.checks.invariants import Check, Laws, State, state_of_run, unseen
+from solver.checks.heights import unseen
+from solver.checks.invariants import Laws
+from solver.checks.states import Check, State, state_of_run
 from solver.forms import begin
 from solver.physics.erosion import ErodibleBed, GrowthRate
 from solver.physics.friction import Coulomb
