@@ -147,7 +147,7 @@ def user(folder, monkeypatch, shared_workers):
     monkeypatch.chdir(folder)
     monkeypatch.setattr("pipeline.assess.sensitivity.RESAMPLES", 4)
     monkeypatch.setattr("pipeline.studies.bench.bench", lambda to, tell, quick: [to / "bench.md"])
-    monkeypatch.setattr("pipeline.studies.stress.campaign.stress", lambda *given: ([], []))
+    monkeypatch.setattr("pipeline.studies.stress.pieces.stress", lambda *given, **more: ([], []))
     return folder
 
 

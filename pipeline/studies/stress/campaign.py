@@ -10,12 +10,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from time import perf_counter
-from typing import Any
 
 import numpy as np
 
 from pipeline.studies.stress.repeats import repeat
-from pipeline.studies.stress.scenes import Drawn, can_be_run, draw, prepared, read
+from pipeline.studies.stress.scenes import Drawn, can_be_run, prepared
 from pipeline.studies.stress.shrink import shrink
 from pipeline.studies.stress.watch import MOST_WORK, Watched, watch
 from solver.checks.states import Check
@@ -121,25 +120,18 @@ def shrunk(row: Row) -> Drawn:
 
 
 def campaign(
-    scenes: int,
-    seed: int,
-    workers: int,
-    tell: Callable[[str], None],
-    chosen: list[Drawn] | None = None,
-    most_work: float = MOST_WORK,
+    todo: list[tuple[Drawn, bool]], workers: int, tell: Callable[[str], None], most_work: float = MOST_WORK
 ) -> list[Row]:
-    """Run scenes drawn from a seed, or chosen ones, and say of each that breaks a law which.
+    """Run scenes, and say of each that breaks a law which.
 
     Parameters
     ----------
-    scenes, seed : int
-        How many, and of which seed.
+    todo : list
+        Scenes, and whether they are to be repeated.
     workers : int
         Processes.
     tell : callable
         Told what is found as it is found.
-    chosen : list of Drawn, optional
-        Scenes to run in place of drawn ones; all are repeated.
     most_work : float
         Cell-stages after which a scene ends.
     """
@@ -147,10 +139,6 @@ def campaign(
 
     from pipeline.batch.local_workers import workers as started
 
-    if chosen is None:
-        todo = [(draw(seed, k), is_repeated(seed, k)) for k in range(scenes)]
-    else:
-        todo = [(drawn, True) for drawn in chosen]
     rows: dict[int, Row] = {}
     began = perf_counter()
     with started(workers) as client:
@@ -229,27 +217,3 @@ def files(rows: list[Row], folder: Path, tell: Callable[[str], None]) -> list[Pa
             row.file = smallest.write(folder)
             written.append(row.file)
     return written
-
-
-def stress(
-    to: Path,
-    tell: Callable[[str], None],
-    scenes: int,
-    seed: int,
-    workers: int,
-    chosen: list[Path] | None = None,
-    most_work: float = MOST_WORK,
-) -> tuple[list[Path], list[Path]]:
-    """Run a campaign, write its table, and give what was written: reports, and files of failing scenes."""
-    from pipeline.studies.stress.report import rate, write
-
-    began = perf_counter()
-    drawn = [read(path) for path in chosen] if chosen else None
-    rows = campaign(scenes, seed, workers, tell, drawn, most_work)
-    same_with_any_workers(rows, to, max(2, workers))
-    told: dict[str, Any] = {"scenes": len(rows), "seed": seed, "workers": workers, "work": most_work}
-    reports = write(rows, to, told | {"seconds": perf_counter() - began})
-    # scenes of files are no sample
-    if drawn is None:
-        tell(rate(rows))
-    return reports, files(rows, to / "failing", tell)

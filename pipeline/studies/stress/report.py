@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -20,16 +20,28 @@ ENDINGS[OUT_OF_STEPS] = "bound of work"
 CONFIDENCE = 0.95
 
 
-def write(rows: list[Row], to: Path, told: dict[str, Any]) -> list[Path]:
+class Told(NamedTuple):
+    """What a campaign was: its seeds, how they were drawn, bound of work, processes, and time it took, s."""
+
+    seeds: list[int]
+    drawn_from: str
+    work: float
+    workers: int
+    seconds: float
+
+
+def write(rows: list[Row], to: Path, told: Told) -> list[Path]:
     """Write the report as Markdown, and a line a scene as CSV."""
     to.mkdir(parents=True, exist_ok=True)
     report, table = to / "stress.md", to / "stress.csv"
-    report.write_text("\n".join([*_report(rows, told), ""]), encoding="utf-8")
+    report.write_text(
+        "\n".join([f"# {title(rows, told)}", "", *tables(rows, told, "##"), ""]), encoding="utf-8"
+    )
     with table.open("w", newline="", encoding="utf-8") as file:
-        lines = [_line(row) for row in rows]
-        writer = csv.DictWriter(file, list(lines[0]))
+        table_rows = [_line(row) for row in rows]
+        writer = csv.DictWriter(file, list(table_rows[0]))
         writer.writeheader()
-        writer.writerows(lines)
+        writer.writerows(table_rows)
     return [report, table]
 
 
@@ -71,19 +83,39 @@ def _line(row: Row) -> dict[str, Any]:
     return {"scene": row.drawn.name, **row.drawn.labels, **numbers}
 
 
-def _report(rows: list[Row], told: dict[str, Any]) -> Iterator[str]:
+def title(rows: list[Row], told: Told) -> str:
+    """Say how many scenes of which seeds there are."""
+    if not told.seeds:
+        return f"{len(rows)} scenes from files"
+    seeds = ", ".join(map(str, told.seeds))
+    ending = f", {told.drawn_from}" if told.drawn_from else ""
+    return f"{len(rows)} scenes of seed{'s' if len(told.seeds) > 1 else ''} {seeds}{ending}"
+
+
+def tables(rows: list[Row], told: Told, level: str) -> Iterator[str]:
+    """Give the tables of a campaign under headings of a level, ``##`` or deeper."""
     kept, other = ([row for row in rows if row.conservative is c] for c in (True, False))
-    yield f"# {told['scenes']} scenes of seed {told['seed']}"
-    yield ""
     yield (
-        f"{rate(rows)}. {len(other)} more are of the collocation form. A scene ends after "
-        f"{told['work']:.2g} cell-stages. {told['seconds']:.0f} s with {told['workers']} workers."
+        f"{title(rows, told)}. {rate(rows)}. {len(other)} more are of the collocation form. A scene ends "
+        f"after {told.work:.2g} cell-stages. {told.seconds:.0f} s with {told.workers} workers."
     )
-    yield from ["", "## Laws", "", *_laws(kept)]
-    yield from ["", "## Time steps", "", *_steps(kept)]
-    yield from ["", "## Endings", "", *_endings(kept)]
-    yield from ["", "## Coverage", "", *_coverage(kept)]
-    yield from ["", "## Collocation", "", *_laws(other)]
+    yield from ["", f"{level} Laws", "", *_laws(kept)]
+    yield from ["", f"{level} Scenes that break a law", "", *_broken(kept)]
+    yield from ["", f"{level} Time steps", "", *_steps(kept)]
+    yield from ["", f"{level} Endings", "", *_endings(kept)]
+    yield from ["", f"{level} Coverage", "", *_coverage(kept)]
+    yield from ["", f"{level} Collocation", "", *_laws(other)]
+
+
+def _broken(rows: list[Row]) -> Iterator[str]:
+    found = [(row.drawn.name, law, text) for row in rows for law, text in row.broken.items()]
+    if not found:
+        yield "None."
+        return
+    yield "| scene | law | found |"
+    yield "|---|---|---|"
+    for name, law, text in found:
+        yield f"| {name} | {law} | {text} |"
 
 
 def _laws(rows: list[Row]) -> Iterator[str]:

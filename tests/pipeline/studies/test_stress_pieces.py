@@ -1,0 +1,96 @@
+"""Campaigns in pieces: kept, joined, drawn from the code; and a small one of the seed of this very state."""
+
+import json
+import subprocess
+
+import pytest
+from root import ROOT
+
+from pipeline.studies.stress import pieces, report
+from pipeline.studies.stress.campaign import Row, perform
+from pipeline.studies.stress.pieces import Plan, code, filled, in_pieces, seeds_of
+from pipeline.studies.stress.records import record_of, row_of
+from pipeline.studies.stress.scenes import draw
+
+SMALL, OWN_SCENES = 1e5, 40
+
+
+@pytest.fixture
+def counted(monkeypatch):
+    """Run scenes in this process, three a piece, and count them."""
+    ran = []
+
+    def campaign(todo, workers, tell, work):
+        ran.extend(drawn.name for drawn, _ in todo)
+        return [perform(drawn, False, 1e3) for drawn, _ in todo]
+
+    monkeypatch.setattr(pieces, "campaign", campaign)
+    monkeypatch.setattr(pieces, "same_with_any_workers", lambda *given: None)
+    monkeypatch.setattr(pieces, "PIECE", 3)
+    return ran
+
+
+def test_a_campaign_that_was_cut_off_goes_on_where_it_was(counted, tmp_path, monkeypatch):
+    plan, silent = Plan([3, 4], 9, SMALL, 1), lambda text: None
+    rows, seconds = in_pieces(plan, tmp_path, silent)
+    assert counted == [row.drawn.name for row in rows]
+    assert counted == [f"stress-3-{k}" for k in range(5)] + [f"stress-4-{k}" for k in range(4)]
+    kept = sorted((tmp_path / "pieces").iterdir())
+    assert len(kept) == 4
+    kept[1].unlink()
+    counted.clear()
+    again, _ = in_pieces(plan, tmp_path, silent)
+    assert counted == ["stress-3-3", "stress-3-4"]
+    told = report.Told(plan.seeds, "", SMALL, 1, seconds)
+    assert [record_of(row) | {"watched": 0} for row in again] == [
+        record_of(row) | {"watched": 0} for row in rows
+    ]
+    assert report.rate(again) == report.rate(rows)
+    one, two = (list(report.tables(r, told, "##")) for r in (rows, again))
+    assert [line for line in one if "seconds" not in line] == [line for line in two if "seconds" not in line]
+    # another state of the code
+    monkeypatch.setattr(pieces, "code", lambda: "other")
+    counted.clear()
+    in_pieces(plan, tmp_path, silent)
+    assert len(counted) == 9
+
+
+def test_a_row_is_what_its_record_says(tmp_path):
+    row = perform(draw(1, 3), False, 1e4)
+    row.file = tmp_path / "scene.yaml"
+    again = row_of(json.loads(json.dumps(record_of(row))), draw(1, 3), tmp_path)
+    assert again.watched == row.watched
+    assert (again.broken, again.reason, again.file) == (row.broken, row.reason, row.file)
+    refused = Row(draw(1, 4), reason="no error: ZeroDivisionError")
+    assert row_of(json.loads(json.dumps(record_of(refused))), draw(1, 4), tmp_path) == refused
+
+
+def test_seeds_hang_on_all_of_the_code():
+    assert len(set(seeds_of(code()))) == 5
+    assert seeds_of("one") == seeds_of("one") != seeds_of("two")
+
+
+def test_tables_go_between_the_marks_of_a_page():
+    page = (ROOT / "docs" / "stability.md").read_text(encoding="utf-8")
+    assert "| tables |" in filled(page, "| tables |")
+    with pytest.raises(ValueError, match="marks"):
+        filled("no marks", "| tables |")
+
+
+def own_seed() -> int:
+    """Seed of the commit, or of the code where there is no git."""
+    try:
+        call = ["git", "-C", str(ROOT), "rev-parse", "HEAD"]
+        state = subprocess.run(call, capture_output=True, text=True, check=True).stdout.strip()
+    except (OSError, subprocess.CalledProcessError):
+        state = code()
+    return seeds_of(state, 1)[0]
+
+
+def test_scenes_that_nobody_has_seen_keep_the_laws():
+    seed = own_seed()
+    rows = [perform(draw(seed, k), False, SMALL) for k in range(OWN_SCENES)]
+    broken = {row.drawn.name: row.broken for row in rows if row.conservative and row.broken}
+    how = f"pipeline stress --seed {seed} --scenes {OWN_SCENES} --work {SMALL:g}"
+    assert not broken, f"{broken}; {how} does it again"
+    assert sum(row.watched is not None for row in rows) > OWN_SCENES / 2
