@@ -29,7 +29,7 @@ ROOT_OF_ROUND_OFF = 1.5e-8
 FACTOR = 4.0
 # Keys of lengths, wherever they stand.
 LENGTHS = {"x", "y", "spacing", "centre", "radius", "radii", "height", "start", "end", "joint", "depth"}
-LENGTHS |= {"section"}
+LENGTHS |= {"section", "smoothing"}
 # Powers of length that keys of inflows, and velocities, grow with.
 POWERS = {"velocity": 0.5, "speed": 0.5, "volume": 3.0, "peak_discharge": 2.5, "start_time": 0.5}
 # Powers of gravity and of length that parameters of friction grow with.
@@ -201,7 +201,15 @@ def larger(drawn: Drawn) -> Drawn:
     for key in ("end", "output_every"):
         data["time"][key] = float(np.sqrt(FACTOR) * drawn.data["time"][key])
     points = None if drawn.points is None else FACTOR * drawn.points
-    return replace(drawn, data=data, points=points)
+    files = {name: _larger_table(text) for name, text in drawn.files.items()}
+    return replace(drawn, data=data, points=points, files=files)
+
+
+def _larger_table(text: str) -> str:
+    """Scale all numbers of a table, below its headings."""
+    headings, *lines = text.splitlines()
+    scaled = (",".join(repr(FACTOR * float(value)) for value in line.split(",")) for line in lines)
+    return "\n".join([headings, *scaled, ""])
 
 
 def _lengths(value: Any, key: Any = "") -> Any:

@@ -12,6 +12,7 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
+from pipeline.inputs import elevation_table
 from pipeline.inputs.point_file import PointFile
 from pipeline.mistakes import BadInput
 from pipeline.runs.run import Run
@@ -25,6 +26,7 @@ from pipeline.studies.stress.draw_beds import draw_erosion, draw_extent, draw_te
 from pipeline.studies.stress.draw_domains import draw_points, draw_sides
 from pipeline.studies.stress.draw_flows import draw_height, draw_inflow, draw_releases
 from pipeline.studies.stress.draw_materials import draw_law, draw_material, friction_class
+from pipeline.studies.stress.draw_wide import widened
 from solver.physics.constants import GRAVITY
 
 Data = draws.Data
@@ -56,16 +58,25 @@ OTHER_LAWS = 0.3
 ERODING, OF_EROSION = 0.25, 19
 # what inflows are drawn by, beside seed and number of a scene
 INFLOW = 20
+# Share of the scenes of the conservative form that are drawn wider, apart too.
+WIDER, OF_WIDER = 0.15, 23
+# What a scenario file may name beside its points, by section and key.
+NAMED = (("terrain", "file"),)
 
 
 @dataclass(frozen=True)
 class Drawn:
-    """One scene: the content of its scenario file, what it is of, and the points of a ``file`` layout, m."""
+    """One scene.
+
+    data : content of its scenario file. labels : what it is of. points : of a ``file`` layout, m. files :
+    text of other files by name.
+    """
 
     name: str
     data: Data
     labels: Mapping[str, str] = field(default_factory=dict)
     points: NDArray[np.float64] | None = None
+    files: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def text(self) -> str:
@@ -78,6 +89,8 @@ class Drawn:
         if self.points is not None:
             lines = ["x,y", *(f"{x!r},{y!r}" for x, y in self.points.tolist())]
             (folder / str(self.data["points"]["path"])).write_text("\n".join(lines) + "\n", encoding="utf-8")
+        for name, text in self.files.items():
+            (folder / name).write_text(text, encoding="utf-8")
         path = folder / f"{self.name}.yaml"
         path.write_text(self.text, encoding="utf-8")
         return path
@@ -143,6 +156,11 @@ def draw(seed: int, number: int) -> Drawn:
     if kind != "collocation" and eroding.random() < ERODING:
         data["material"] = {**material, "density": draws.DENSITY}
         data["erodible_bed"], erosion = draw_erosion(eroding, gravity, height, radius, length)
+    wider = np.random.default_rng([seed, number, OF_WIDER])
+    part = "none"
+    files: dict[str, str] = {}
+    if kind != "collocation" and wider.random() < WIDER:
+        data, files, part = widened(wider, data, height, spacing)
     # one frame, at the end: output times would change the steps
     data["time"]["output_every"] = data["time"]["end"]
     data["output"] = {"fields": ["depth", "deposit_depth", "max_depth", "max_speed"]}
@@ -157,7 +175,7 @@ def draw(seed: int, number: int) -> Drawn:
         else "several",
         "initial speed": {"still": "none", "moving": "some", "colliding": "some"}[motion],
         "earth pressure": pressure,
-        "friction": friction_class(material),
+        "friction": friction_class(data["material"]),
         "erosion": erosion,
         "sides": boundary,
         "inflow": comes_in if "release" in data else f"{comes_in}, no release",
@@ -165,8 +183,9 @@ def draw(seed: int, number: int) -> Drawn:
         "size of the heap": draws.size_class(radius),
         "cells across": draws.across_class(across),
         "domain": draws.domain_class(length * width / radius**2),
+        "drawn wider": part,
     }
-    return Drawn(name, data, labels, places)
+    return Drawn(name, data, labels, places, files)
 
 
 def read(path: Path) -> Drawn:
@@ -179,7 +198,9 @@ def read(path: Path) -> Drawn:
     """
     (scenario,) = load([path])
     data = scenario.settings.model_dump(mode="json", exclude_unset=True)
-    return Drawn(scenario.name, data, {}, None if scenario.points is None else scenario.points.points)
+    named = (data.get(section, {}).get(key) for section, key in NAMED)
+    files = {name: (path.parent / name).read_text(encoding="utf-8") for name in named if name}
+    return Drawn(scenario.name, data, {}, None if scenario.points is None else scenario.points.points, files)
 
 
 def can_be_run(drawn: Drawn) -> bool:
@@ -204,5 +225,11 @@ def prepared(drawn: Drawn) -> Prepared:
     if isinstance(settings, list):
         raise ValueError("; ".join(f"{'.'.join(map(str, p.path))}: {p.message}" for p in settings))
     file = None if drawn.points is None else PointFile(drawn.points, "")
-    run = Run(0, {}, settings)
+    table = None
+    if drawn.data["terrain"]["profile"] == "table":
+        with TemporaryDirectory() as folder:
+            path = Path(folder) / drawn.data["terrain"]["file"]
+            path.write_text(drawn.files[path.name], encoding="utf-8")
+            table = elevation_table.read(path)
+    run = Run(0, {}, settings, table)
     return build_scene(run, made(settings, file, [run]))

@@ -68,7 +68,7 @@ def _simpler(drawn: Drawn) -> Iterator[Drawn]:
             segments = [s for i, s in enumerate(data["terrain"]["segments"]) if i != k]
             yield changed(terrain={**data["terrain"], "segments": segments})
     if data["terrain"]["profile"] != "plane":
-        steep = data["terrain"].get("angle", data["terrain"].get("segments", [{}])[0].get("angle"))
+        steep = data["terrain"].get("angle", data["terrain"].get("segments", [{}])[0].get("angle", 30.0))
         yield changed(terrain={"profile": "plane", "angle": steep})
     if "turbulent_friction" in data["material"]:
         yield changed(material={k: v for k, v in data["material"].items() if k != "turbulent_friction"})
