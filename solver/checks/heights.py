@@ -1,16 +1,128 @@
-"""Heights of a bed that a flow on it may fall from, as potentials, g times a height, m2 s-2."""
+"""What the laws ask of a bed: areas, gravity, and heights that a flow may fall from.
+
+Heights are given as potentials, g times a height, m2 s-2.
+"""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
 from solver.arrays import Array
+from solver.physics.elevation import Surface, edges_of, lifted_area, plan_slopes
 from solver.physics.terrain import SlopeProfile
 from solver.points.cloud import PointCloud
 from solver.points.lattice import Lattice
 from solver.scene import Scene
+
+
+@dataclass(frozen=True)
+class Ground:
+    """The bed of a scene, as the laws see it.
+
+    Arrays are of the shape of the points, potentials are above the lowest place.
+
+    Attributes
+    ----------
+    area
+        Of the cells on the bed, m2.
+    along, normal
+        Gravity along the bed and normal to it, m s-2; on a profile the first has a sign.
+    potential
+        At the points.
+    at_sides
+        Least potential with which something leaves through each side, (4,).
+    range
+        Potential of the highest place.
+    plane
+        Whether the bed is a plane.
+    up, beside
+        Potential of cells, and of the higher one of those beside each, of one shape.
+    unseen
+        Largest fall of a cell beyond that of the bed below it, a potential.
+    """
+
+    area: Array
+    along: Array
+    normal: Array
+    potential: Array
+    at_sides: Array
+    range: float
+    plane: bool
+    up: Array
+    beside: Array
+    unseen: float
+
+    def beyond(self, level: float) -> float:
+        """Height above a level of the cells beside those that lie up to it, as a potential, m2 s-2.
+
+        What comes into the first cell of a rising bed counts with the height of its middle.
+        """
+        return float(np.max(self.beside[self.up <= level] - level, initial=0.0))
+
+
+def ground_of(scene: Scene) -> Ground:
+    """Find what the laws ask of the bed of a scene.
+
+    Raises
+    ------
+    TypeError
+        If the terrain is neither a slope profile nor a surface.
+    """
+    if isinstance(scene.terrain, SlopeProfile):
+        return _of_profile(scene, scene.terrain)
+    if isinstance(scene.terrain, Surface) and isinstance(scene.points, Lattice):
+        return _of_surface(scene, scene.terrain, scene.points)
+    raise TypeError("the laws need a slope profile, or a surface below a lattice")
+
+
+def _of_profile(scene: Scene, terrain: SlopeProfile) -> Ground:
+    points, gravity = scene.points, scene.gravity
+    inclination = scene.profile.inclination(points.coordinates[0])
+    curved = scene.profile.curvature(points.coordinates[0]).any()
+    heights, beds = (gravity * z for z in elevations(terrain, points))
+    lowest = float(heights.min())
+    x, half = half_lengths(points)
+    beside = np.maximum(terrain.elevation(x - 2.0 * half), terrain.elevation(x + 2.0 * half))
+    return Ground(
+        area=np.broadcast_to(points.cell_area, points.shape),
+        along=gravity * np.sin(inclination),
+        normal=gravity * np.cos(inclination),
+        potential=beds - lowest,
+        # what leaves through a side in y leaves from no less than the lowest place
+        at_sides=np.array([heights[0] - lowest, heights[-1] - lowest, 0.0, 0.0]),
+        range=float(np.ptp(heights)),
+        plane=not curved and float(np.ptp(inclination)) == 0.0,
+        up=gravity * terrain.elevation(x) - lowest,
+        beside=gravity * beside - lowest,
+        unseen=unseen(scene, terrain),
+    )
+
+
+def _of_surface(scene: Scene, surface: Surface, points: Lattice) -> Ground:
+    # a cell falls along the plane through its corners, beyond the middles of those beside it
+    d, gravity = points.dx, scene.gravity
+    corners = surface.corners(*(edges_of(a, d) for a in (points.x_points, points.y_points)))
+    area, (b_x, b_y) = lifted_area(corners, d), plan_slopes(corners, d)
+    middle = 0.25 * (corners[:-1, :-1] + corners[:-1, 1:] + corners[1:, :-1] + corners[1:, 1:])
+    potential = gravity * (middle - corners.min())
+    steep, normal = np.hypot(b_x, b_y), gravity * d * d / area
+    around = np.pad(potential, 1, mode="edge")
+    (m, n), near = potential.shape, range(3)
+    return Ground(
+        area=area,
+        along=steep * normal,
+        normal=normal,
+        potential=potential,
+        at_sides=np.zeros(4),
+        range=float(gravity * np.ptp(corners)),
+        plane=False,
+        up=potential,
+        beside=np.max([around[j : j + m, i : i + n] for j in near for i in near], axis=0),
+        unseen=float(gravity * d * steep.max()),
+    )
 
 
 @lru_cache(maxsize=8)
@@ -22,13 +134,6 @@ def elevations(terrain: SlopeProfile, points: Lattice | PointCloud) -> tuple[Arr
     return terrain.elevation(np.linspace(*points.extent[0], 501)), terrain.elevation(points.coordinates[0])
 
 
-def slope_of(scene: Scene) -> SlopeProfile:
-    """Give the slope profile of a scene."""
-    if not isinstance(scene.terrain, SlopeProfile):
-        raise TypeError("the laws need a slope profile")
-    return scene.terrain
-
-
 def half_lengths(points: Lattice | PointCloud) -> tuple[Array, Array]:
     """Give the places of cells along the slope, and half of their lengths, m."""
     if isinstance(points, PointCloud):
@@ -38,31 +143,13 @@ def half_lengths(points: Lattice | PointCloud) -> tuple[Array, Array]:
     return x, np.full(x.shape, points.dx / 2)
 
 
-def beyond(scene: Scene, lowest: float, level: float) -> float:
-    """Height above a level of the cells beside those that lie up to it, as a potential, m2 s-2.
-
-    What comes into the first cell of a rising bed counts with the height of its middle.
-
-    Parameters
-    ----------
-    scene : Scene
-        Of a slope profile.
-    lowest, level : float
-        Potential that is zero, and the level above it.
-    """
-    terrain, (x, half) = slope_of(scene), half_lengths(scene.points)
-    up_to = scene.gravity * terrain.elevation(x) - lowest <= level
-    beside = np.maximum(terrain.elevation(x - 2.0 * half), terrain.elevation(x + 2.0 * half))
-    return float(np.max(scene.gravity * beside[up_to] - lowest - level, initial=0.0))
-
-
-def unseen(scene: Scene) -> float:
+def unseen(scene: Scene, terrain: SlopeProfile) -> float:
     """Largest fall of a cell beyond that of the bed below it, as a potential, m2 s-2.
 
     A cell knows the inclination at its middle alone: on a cliff that is lower than the cell is long it falls
     by its own length.
     """
-    terrain, (x, half) = slope_of(scene), half_lengths(scene.points)
+    x, half = half_lengths(scene.points)
     fall = 2.0 * half * np.abs(np.sin(terrain.inclination(x)))
     bed = np.abs(terrain.elevation(x - half) - terrain.elevation(x + half))
     return scene.gravity * float(np.max(fall - bed, initial=0.0))

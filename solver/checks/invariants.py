@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.arrays import Array
-from solver.checks.heights import beyond, elevations, unseen
+from solver.checks.heights import ground_of
 from solver.checks.incoming import Coming, coming_in
 from solver.checks.states import Check, State
 from solver.checks.static_cells import RINGS, Edges, edges_of, surely_held
@@ -18,7 +18,6 @@ from solver.kernels.friction import resistance_at_rest
 from solver.physics.earth_pressure import Isotropic
 from solver.physics.friction import Edwards
 from solver.physics.resistance import DryTurbulent
-from solver.physics.terrain import SlopeProfile
 from solver.scene import Scene
 
 # Error of the ledger relative to what was released and came in.
@@ -41,7 +40,7 @@ class Laws:
     Parameters
     ----------
     scene : Scene
-        Its terrain is a slope profile.
+        On a slope profile, or on a surface.
     start : State
         Where its run begins.
     rates : array or float
@@ -53,30 +52,27 @@ class Laws:
     def __init__(
         self, scene: Scene, start: State, rates: Array | float, coming: Coming | None = None
     ) -> None:
-        if not isinstance(scene.terrain, SlopeProfile):
-            raise TypeError("the laws need a slope profile")
-        points, sides = scene.points, scene.boundaries
+        ground, points, sides = ground_of(scene), scene.points, scene.boundaries
         self.scene = scene
         self.edges: Edges | None = None
-        self.area = np.broadcast_to(points.cell_area, points.shape)
+        self.area = ground.area
         self.rates = np.broadcast_to(rates, points.shape)
-        x = points.coordinates[0]
-        xi = scene.profile.inclination(x)
-        self.along, self.normal = scene.gravity * np.sin(xi), scene.gravity * np.cos(xi)
+        self.along, self.normal = ground.along, ground.normal
         # what friction holds at any speed and depth
         self.hold = scene.least_coefficient * self.normal
         self.law = scene.friction.resistance(scene.gravity)
-        self.plane = not scene.profile.curvature(x).any() and float(np.ptp(xi)) == 0.0
-        heights, beds = (scene.gravity * z for z in elevations(scene.terrain, points))
-        self.potential = beds - heights.min()
-        # what leaves through a side in y leaves from no less than the lowest place
-        self.at_sides = np.array([heights[0] - heights.min(), heights[-1] - heights.min(), 0.0, 0.0])
+        self.plane, self.potential, self.at_sides = ground.plane, ground.potential, ground.at_sides
         given = [
             0.0 if isinstance(s, str) else s for s in (sides.x_min, sides.x_max, sides.y_min, sides.y_max)
         ]
         self.coming = coming_in(scene) if coming is None else coming
         self.given = max(given) if self.coming is None else max(*given, self.coming.depth)
         self.pressure = scene.gravity * max(scene.earth_pressure.coefficients())
+        coefficients, transition = scene.earth_pressure.coefficients(), scene.earth_pressure.transition()
+        # waves of a pressure that follows the stretching, where the depth falls by a slope of one; a jump has
+        # none but at the rate where it jumps
+        spread = max(coefficients) - min(coefficients)
+        self.following = spread * transition.steepness if transition.rest > 0.0 else 0.0
         self.deepest = max(float(start.h.max()), self.given)
         self.dry = scene.scheme.wet_limit * self.deepest
         wet = start.h > self.dry
@@ -86,10 +82,10 @@ class Laws:
             float(np.sqrt(self.pressure * self.given)),
             0.0 if self.coming is None else self.coming.speed,
         )
-        highest = float(np.ptp(heights)) if self.given else float(self.potential[wet].max(initial=0.0))
-        climbed = beyond(scene, float(heights.min()), highest)
-        self.fallen = float(np.sqrt(2 * (highest + climbed + unseen(scene))))
-        self.released = self.total(start.h)
+        highest = ground.range if self.given else float(self.potential[wet].max(initial=0.0))
+        self.fallen = float(np.sqrt(2 * (highest + ground.beyond(highest) + ground.unseen)))
+        # what was released beside drains has left before the first step
+        self.released = self.total(start.h) + float((start.ledger[:, 1] - start.ledger[:, 0]).sum())
         self.kinetic = self.kinetic_of(start)
         self.pressed = self.pressure * self.total(start.h**2) / 2
         self.height = self.total(start.h * self.potential)
@@ -177,7 +173,8 @@ class Laws:
         """Check a step; ``cut`` says whether it was cut to meet an output time."""
         checks = []
         dt, cfl = after.time - before.time, self.scene.scheme.cfl
-        rate = float(self.rates[before.h > self.dry].max(initial=0.0)) * self.speed_limit(before.time)
+        fastest = self.speed_limit(before.time) + self.following * np.sqrt(self.scene.gravity * self.deepest)
+        rate = float(self.rates[before.h > self.dry].max(initial=0.0) * fastest)
         if self.coming is not None:
             # a step ends where an inflow begins
             cut |= bool((np.abs(self.coming.starts - after.time) <= ROUND_OFF * max(after.time, dt)).any())
@@ -226,7 +223,7 @@ class Laws:
         points = self.scene.points
         if self.edges is None:
             self.edges = edges_of(points)
-        normal = float(np.cos(self.scene.profile.inclination(points.coordinates[0])).max())
+        normal = float(self.normal.max()) / self.scene.gravity
         pull = self.along.ravel()
         found = surely_held(
             state, self.edges, self.pressure * normal, pull, self.held_at_rest(state)

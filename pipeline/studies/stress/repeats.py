@@ -13,6 +13,7 @@ from solver.checks.states import Check
 from solver.forms import begin
 from solver.inflow.conditions import Inflow
 from solver.inflow.hydrograph import Hydrograph
+from solver.physics.elevation import Surface
 from solver.points.cloud import PointCloud
 from solver.points.lattice import Lattice
 from solver.run import Run
@@ -62,6 +63,8 @@ def repeat(drawn: Drawn) -> list[Check]:
     scene, end = ready.scene, float(ready.times[-1])
     whole = _stepped(scene, end, STEPS)
     checks = [Check("a restart changes nothing", _unequal(_restarted(scene, end), whole), 0.0)]
+    if isinstance(scene.terrain, Surface):
+        return [*checks, *_scaled_on_surface(scene, end, whole)]
     exact = isinstance(scene.points, Lattice)
     steps = STEPS if exact else FEW_STEPS
     here, there = _stepped(scene, end, steps), _stepped(mirrored(scene), end, steps)
@@ -84,6 +87,14 @@ def repeat(drawn: Drawn) -> list[Check]:
         run = _stepped(large.scene, float(large.times[-1]), STEPS)
         checks.append(Check("length scales", _scaled(run, whole, FACTOR, np.sqrt(FACTOR)), 0.0))
     return checks
+
+
+def _scaled_on_surface(scene: Scene, end: float, whole: Run) -> list[Check]:
+    """Compare a scene on a surface with itself under a stronger gravity; the raster stays."""
+    if scene.inflows or scene.zones or ROOTS & set(vars(scene.friction)):
+        return []
+    strong = _stepped(stronger(scene), end / np.sqrt(FACTOR), STEPS)
+    return [Check("gravity scales time", _scaled(strong, whole, 1.0, np.sqrt(FACTOR)), 0.0)]
 
 
 def _scaled_inflow(drawn: Drawn, scene: Scene, end: float) -> Iterator[Check]:

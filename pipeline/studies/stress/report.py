@@ -39,7 +39,8 @@ def write(rows: list[Row], to: Path, told: Told) -> list[Path]:
     )
     with table.open("w", newline="", encoding="utf-8") as file:
         table_rows = [_line(row) for row in rows]
-        writer = csv.DictWriter(file, list(table_rows[0]))
+        names = dict.fromkeys(name for line in table_rows for name in line)
+        writer = csv.DictWriter(file, list(names), restval="")
         writer.writeheader()
         writer.writerows(table_rows)
     return [report, table]
@@ -168,9 +169,9 @@ def _endings(rows: list[Row]) -> Iterator[str]:
 def _coverage(rows: list[Row]) -> Iterator[str]:
     yield "| of | class | scenes | refused | repeated | steps | broken |"
     yield "|---|---|---|---|---|---|---|"
-    for of in rows[0].drawn.labels if rows else ():
-        for name in sorted({row.drawn.labels.get(of, "") for row in rows}):
-            mine = [row for row in rows if row.drawn.labels.get(of, "") == name]
+    for of in dict.fromkeys(of for row in rows for of in row.drawn.labels):
+        for name in sorted({row.drawn.labels[of] for row in rows if of in row.drawn.labels}):
+            mine = [row for row in rows if row.drawn.labels.get(of) == name]
             steps = sum(row.watched.steps for row in mine if row.watched)
             refused = sum(row.watched is None for row in mine)
             repeated, broken = sum(row.repeated for row in mine), sum(bool(row.broken) for row in mine)

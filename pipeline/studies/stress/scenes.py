@@ -16,6 +16,7 @@ from pipeline.inputs import elevation_table
 from pipeline.inputs.point_file import PointFile
 from pipeline.mistakes import BadInput
 from pipeline.runs.run import Run
+from pipeline.runs.runs import expand, share
 from pipeline.runs.scene_of_run import Prepared, build_scene
 from pipeline.runs.shared_points import made
 from pipeline.scenario.scenario import load
@@ -26,6 +27,7 @@ from pipeline.studies.stress.draw_beds import draw_erosion, draw_extent, draw_te
 from pipeline.studies.stress.draw_domains import draw_points, draw_sides
 from pipeline.studies.stress.draw_flows import draw_height, draw_inflow, draw_releases
 from pipeline.studies.stress.draw_materials import draw_law, draw_material, friction_class
+from pipeline.studies.stress.draw_surfaces import draw_surface_scene
 from pipeline.studies.stress.draw_wide import widened
 from solver.physics.constants import GRAVITY
 
@@ -60,8 +62,10 @@ ERODING, OF_EROSION = 0.25, 19
 INFLOW = 20
 # Share of the scenes of the conservative form that are drawn wider, apart too.
 WIDER, OF_WIDER = 0.15, 23
+# Share of the scenes that are on elevation models, in place of those that they would be.
+ON_SURFACES, OF_SURFACES = 0.1, 29
 # What a scenario file may name beside its points, by section and key.
-NAMED = (("terrain", "file"),)
+NAMED = (("terrain", "file"), ("terrain", "elevation"), ("release", "polygons"))
 
 
 @dataclass(frozen=True)
@@ -98,6 +102,9 @@ class Drawn:
 
 def draw(seed: int, number: int) -> Drawn:
     """Draw a scene; the same seed and number give the same one everywhere."""
+    ground = np.random.default_rng([seed, number, OF_SURFACES])
+    if ground.random() < ON_SURFACES:
+        return _on_surface(f"stress-{seed}-{number}", ground)
     rng = np.random.default_rng([seed, number])
     layout = draws.chosen(rng, LAYOUTS)
     kind = "collocation" if "collocation" in layout else "lattice" if layout == "lattice" else "cloud"
@@ -188,6 +195,11 @@ def draw(seed: int, number: int) -> Drawn:
     return Drawn(name, data, labels, places, files)
 
 
+def _on_surface(name: str, rng: draws.Generator) -> Drawn:
+    data, files, labels = draw_surface_scene(rng, name)
+    return Drawn(name, data, labels, files=files)
+
+
 def read(path: Path) -> Drawn:
     """Read a scenario file as it was written by `Drawn.write`, or by hand.
 
@@ -198,7 +210,8 @@ def read(path: Path) -> Drawn:
     """
     (scenario,) = load([path])
     data = scenario.settings.model_dump(mode="json", exclude_unset=True)
-    named = (data.get(section, {}).get(key) for section, key in NAMED)
+    sections = ((data.get(section), key) for section, key in NAMED)
+    named = (section.get(key) for section, key in sections if isinstance(section, dict))
     files = {name: (path.parent / name).read_text(encoding="utf-8") for name in named if name}
     return Drawn(scenario.name, data, {}, None if scenario.points is None else scenario.points.points, files)
 
@@ -221,15 +234,27 @@ def prepared(drawn: Drawn) -> Prepared:
     ValueError
         If its points or supports are not fit; the message says why.
     """
+    if "elevation" in drawn.data["terrain"]:
+        return _prepared_on_surface(drawn)
     settings = check(parse(drawn.text, drawn.name).data)
     if isinstance(settings, list):
         raise ValueError("; ".join(f"{'.'.join(map(str, p.path))}: {p.message}" for p in settings))
     file = None if drawn.points is None else PointFile(drawn.points, "")
     table = None
-    if drawn.data["terrain"]["profile"] == "table":
+    if drawn.data["terrain"].get("profile") == "table":
         with TemporaryDirectory() as folder:
             path = Path(folder) / drawn.data["terrain"]["file"]
             path.write_text(drawn.files[path.name], encoding="utf-8")
             table = elevation_table.read(path)
     run = Run(0, {}, settings, table)
     return build_scene(run, made(settings, file, [run]))
+
+
+def _prepared_on_surface(drawn: Drawn) -> Prepared:
+    with TemporaryDirectory() as folder:
+        try:
+            (scenario,) = load([drawn.write(Path(folder))])
+            runs = expand(scenario)
+            return build_scene(runs[0], share(scenario, runs))
+        except BadInput as error:
+            raise ValueError(str(error)) from None

@@ -47,6 +47,9 @@ def _simpler(drawn: Drawn) -> Iterator[Drawn]:
         return replace(drawn, data={**copy.deepcopy(drawn.data), **copy.deepcopy(sections)})
 
     data = drawn.data
+    if "elevation" in data["terrain"]:
+        yield from _simpler_on_surface(drawn)
+        return
     releases = data.get("release", [])
     if data.get("inflow") and releases:
         yield replace(drawn, data={name: value for name, value in data.items() if name != "inflow"})
@@ -83,6 +86,24 @@ def _simpler(drawn: Drawn) -> Iterator[Drawn]:
     yield from _fewer_points(drawn, changed)
     if drawn.data["gravity"] != PLAIN["gravity"]:
         yield changed(**PLAIN)
+
+
+def _simpler_on_surface(drawn: Drawn) -> Iterator[Drawn]:
+    """Go through scenes with less on the same ground, and on wider spacing."""
+    data = drawn.data
+    for section in ("inflow", "erodible_bed", "structures"):
+        if section in data and (section != "inflow" or "release" in data):
+            yield replace(drawn, data={name: part for name, part in data.items() if name != section})
+    for k in range(len(data.get("structures", ()))):
+        fewer = [each for i, each in enumerate(data["structures"]) if i != k]
+        if fewer:
+            yield replace(drawn, data={**data, "structures": fewer})
+    plain = {
+        name: part for name, part in data["material"].items() if name not in ("zones", "turbulent_friction")
+    }
+    yield replace(drawn, data={**data, "material": plain})
+    wider = {**data["points"], "spacing": float(f"{1.5 * data['points']['spacing']:.4g}")}
+    yield replace(drawn, data={**data, "points": wider})
 
 
 def _fewer_points(drawn: Drawn, changed: Callable[..., Drawn]) -> Iterator[Drawn]:

@@ -17,7 +17,7 @@ from pipeline.studies.stress.report import largest_rate, rate
 from pipeline.studies.stress.scenes import LAYOUTS, Drawn, draw, prepared, read
 from pipeline.studies.stress.shrink import shrink
 from pipeline.studies.stress.watch import Watched, watch
-from solver.checks.heights import unseen
+from solver.checks.heights import unseen as unseen_on
 from solver.checks.invariants import Laws
 from solver.checks.states import Check, State, state_of_run
 from solver.forms import begin
@@ -112,6 +112,10 @@ def test_the_laws_see_what_breaks_them():
     fast = changed(state, u=np.where(film, 60.0, state.u))
     assert "speed has a source" in broken(laws.of_state(fast))
     assert broken(laws.of_state(changed(state, u=state.u + 20.0))) >= {"kinetic energy has a source"}
+
+
+def unseen(case):
+    return unseen_on(case, case.terrain)
 
 
 def test_a_cell_longer_than_a_cliff_may_fall_by_its_length():
