@@ -17,6 +17,8 @@ from solver.lmls.shape_functions import Approximation
 
 # Neighbours taken at a time: their sums stay in registers.
 GROUP = 4
+# What has less than this share of the depth of a cell is a film beside it.
+FILM = 0.1
 # What the cell itself counts for in the difference of both sides, as part of all weights, is none below it.
 LOPSIDED = 1e-9
 
@@ -272,10 +274,11 @@ def state_at_face(
     behind = h_behind, n_behind, beta * h_behind
     least = least_shown(h, lead(n, n_behind, sign), beta * h_behind)
     depth, normal, tangential = face_state(cell, at_face, h_beyond, behind, least, sign, dry)
-    # what moves away from a face sends waves to it and no more: beyond them it shows nothing that leaves
+    # what moves away from a face sends waves to it and no more: a film beyond would be fed with its own
+    # velocity, which a gradient reads off it
     sent = sign * n + 2.0 * wave
     sent = sent if sent > 0.0 else 0.0
-    turned = (sign * n < 0.0) & (sign * normal > sent)
+    turned = (sign * n < 0.0) & (sign * normal > sent) & (h_beyond < FILM * h)
     return depth, sign * sent if turned else normal, tangential
 
 

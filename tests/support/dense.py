@@ -411,11 +411,21 @@ class Run(Twin):
         moving = (self.state.h * (self.static[INNER] == 0)).sum() * self.dx * self.dy
         return rate, np.inf if driven else moving
 
+    def stop_at_walls(self, normal, source, dt):
+        """Walls across the bed take from what is too thin to lean on them at most what stops it."""
+        for side, k, cell, way in ((0, 0, 2, -1), (1, -1, -3, 1)):
+            if self.sides[side] in ("wall", "no-slip"):
+                h, u = source.h[:, k], source.u[:, k]
+                thin = way * self.excess[side] * self.dx / self.beta_x[2:-2, cell] > h
+                most = h * np.maximum(0, way * u) * self.dx / dt
+                normal[:, k] = np.where(thin, np.minimum(normal[:, k], most), normal[:, k])
+
     def stage(self, source, part, share, dt):
         """U_0 + part (U_1 - U_0 + dt L(U_1)), then friction over part dt."""
         h_1, all_ = source.h, self.surrounded(source)
         x = fluxes(all_, self.beta_x, self.static, *self.sides[:2], self.dry)
         y = fluxes(transposed(all_), self.beta_y.T, self.static.T, *self.sides[2:], self.dry)
+        self.stop_at_walls(x.normal, source, dt)
         lost = outflow_limits(h_1, x.mass, y.mass.T, dt, self.dx, self.dy)
         self.drained += int((lost > EMPTIED).sum())
         x, y = scaled(x, lost, source.u, source.v), scaled(y, lost.T, source.v.T, source.u.T)

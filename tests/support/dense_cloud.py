@@ -217,7 +217,11 @@ class CloudRun(Twin):
             toward(t_gap, t_ahead - t_0, part, 2.0) + t_off,
         )
         behind = h_behind, n_behind, beta * h_behind
-        return face_state((h_0, n_0, t_0), at_face, h_1, behind, sign, self.dry)
+        depth, normal, tangential = face_state((h_0, n_0, t_0), at_face, h_1, behind, sign, self.dry)
+        # what moves away from a film shows it no velocity beyond what its waves have there
+        sent = np.maximum(0, sign * n_0 + 2 * np.sqrt(np.maximum(0, beta * h_0)))
+        away = (sign * n_0 < 0) & (sign * normal > sent) & (h_1 < 0.1 * h_0)
+        return depth, np.where(away, sign * sent, normal), tangential
 
     def stage(self, source, part, share, dt):
         """U_0 + part (U_1 - U_0 + dt L(U_1)), then friction over part dt."""
@@ -243,6 +247,9 @@ class CloudRun(Twin):
                 mass[f] = normal[f] = tangential[f] = 0
             if kind in ("wall", "no-slip"):
                 mass[f] = tangential[f] = 0
+                thin = self.cells.side[b] < 2 and self.rise[b] / beta[0][i] > h_1[i]
+                most = h_1[i] * max(0.0, n_x[f] * u_1[i]) * area[i] / (self.length[f] * dt)
+                normal[f] = min(normal[f], most) if thin else normal[f]
             if kind == "no-slip":
                 n, t = n_x[f] * u_1[i] + n_y[f] * v_1[i], n_x[f] * v_1[i] - n_y[f] * u_1[i]
                 tangential[f] = (np.abs(n) + c[0][f]) * h_1[i] * t

@@ -181,3 +181,26 @@ def test_what_slides_against_a_wall_comes_to_rest_there(angle, bed_friction, sid
     if angle > bed_friction:
         deposit = run.depth[-1][4]
         assert deposit[-1] > deposit[-3] > deposit[-5]
+
+
+@pytest.mark.parametrize("points", ["lattice", "cloud"])
+def test_a_wall_does_not_throw_back_what_gravity_presses_against_it(points):
+    """A film of 1 mm in cells of 10 m: a step as long as a fall by a spacing is many times its waves' time."""
+    lattice = Lattice((0, 60), (0, 60), 10.0)
+    places = lattice if points == "lattice" else cloud_of(lattice)
+    film = np.full(places.shape, 1e-3)
+    case = scene(
+        Plane(23.05),
+        Coulomb(3.0),
+        boundaries=Boundaries(x_max="wall"),
+        lattice=places,
+    )
+    case = replace(case, depth=film, velocity_x=0 * film, velocity_y=0 * film, earth_pressure=Isotropic())
+    back = []
+    run = begin(case, 60.0, 0.0, True)
+    for k in range(60):
+        run.advance(60.0, k + 1)
+        back.append(float(run.state[1].min()))
+    assert run.state[0].max() > 3e-3
+    # HLL between the layer and its image throws it back at 3 m/s
+    assert min(back) > -0.05
