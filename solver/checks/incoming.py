@@ -14,8 +14,14 @@ from solver.scene import Scene
 class Coming(NamedTuple):
     """What comes in through sections at most.
 
-    depth, speed : m and m s-1, critical speed at least. rows, columns : of the cells it comes to, (n,).
-    starts : times at which an inflow begins, s.
+    Parameters
+    ----------
+    depth, speed : float
+        In m and m s-1; critical speed at least.
+    rows, columns : array
+        Of the cells it comes to, (n,).
+    starts : array
+        Times at which an inflow begins, s.
     """
 
     depth: float

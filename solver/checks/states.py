@@ -11,10 +11,20 @@ from solver.run import Run
 class State(NamedTuple):
     """A state of a run.
 
-    h, u, v : depth (m) and velocity (m s-1), of the shape of the points. time : s. ledger : volumes that came
-    in and left through each side so far, (4, 2), m3. eroded : depth that the bed has lost, of the shape of
-    the points or 0, m. entrained : volume that the flow has taken up, m3. entered : volume of inflows so far,
-    m3.
+    Parameters
+    ----------
+    h, u, v : array
+        Depth (m) and velocity (m s-1), of the shape of the points.
+    time : float
+        In s.
+    ledger : array
+        Volumes that came in and left through each side so far, (4, 2), m3.
+    eroded : array or float
+        Depth that the bed has lost, of the shape of the points or 0, m.
+    entrained : float
+        Volume that the flow has taken up, m3.
+    entered : float
+        Volume of inflows so far, m3.
     """
 
     h: Array

@@ -36,8 +36,16 @@ Tell = Callable[[str], None]
 class Plan(NamedTuple):
     """What a campaign runs.
 
-    seeds : each has as many scenes as the others, or one more. scenes : of all seeds. work : cell-stages
-    after which a scene ends. workers : processes.
+    Parameters
+    ----------
+    seeds : list of int
+        Each has as many scenes as the others, or one more.
+    scenes : int
+        Of all seeds.
+    work : float
+        Cell-stages after which a scene ends.
+    workers : int
+        Processes.
     """
 
     seeds: list[int]

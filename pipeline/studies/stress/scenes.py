@@ -72,8 +72,18 @@ NAMED = (("terrain", "file"), ("terrain", "elevation"), ("release", "polygons"))
 class Drawn:
     """One scene.
 
-    data : content of its scenario file. labels : what it is of. points : of a ``file`` layout, m. files :
-    text of other files by name.
+    Parameters
+    ----------
+    name : str
+        Of the scenario.
+    data : dict
+        Content of its scenario file.
+    labels : mapping
+        What it is of.
+    points : array, optional
+        Of a ``file`` layout, (n, 2), m.
+    files : mapping
+        Text of other files by name.
     """
 
     name: str

@@ -5,12 +5,15 @@ import numpy as np
 import pytest
 from scenes import all_sides
 
+from solver.forms import begin
 from solver.kernels.boundary import account
 from solver.kernels.state import DEPTH, GHOSTS, NO_SLIP, OPEN, WALL, Fields, Fluxes, Grid, Sides
 from solver.lattice.ghosts import fill_ghosts
 from solver.lattice.residual import restrict_side
+from solver.physics.earth_pressure import Isotropic
 from solver.physics.friction import Coulomb
 from solver.physics.terrain import Plane
+from solver.points.cloud import PointCloud
 from solver.points.lattice import Lattice
 from solver.scene import Boundaries, Scene
 from solver.simulation import simulate
@@ -183,24 +186,20 @@ def test_what_slides_against_a_wall_comes_to_rest_there(angle, bed_friction, sid
         assert deposit[-1] > deposit[-3] > deposit[-5]
 
 
-@pytest.mark.parametrize("points", ["lattice", "cloud"])
-def test_a_wall_does_not_throw_back_what_gravity_presses_against_it(points):
-    """A film of 1 mm in cells of 10 m: a step as long as a fall by a spacing is many times its waves' time."""
-    lattice = Lattice((0, 60), (0, 60), 10.0)
-    places = lattice if points == "lattice" else cloud_of(lattice)
-    film = np.full(places.shape, 1e-3)
-    case = scene(
-        Plane(23.05),
-        Coulomb(3.0),
-        boundaries=Boundaries(x_max="wall"),
-        lattice=places,
-    )
-    case = replace(case, depth=film, velocity_x=0 * film, velocity_y=0 * film, earth_pressure=Isotropic())
-    back = []
-    run = begin(case, 60.0, 0.0, True)
-    for k in range(60):
-        run.advance(60.0, k + 1)
-        back.append(float(run.state[1].min()))
+@pytest.mark.parametrize("layout", ["lattice", "cloud"])
+def test_a_wall_does_not_throw_back_what_gravity_presses_against_it(layout):
+    """A film of 1 mm in cells of 10 m: a step is as long as a fall by a spacing."""
+    lattice = Lattice((5, 55), (5, 25), 10.0)
+    x, y = (a.ravel() for a in np.meshgrid(lattice.x_points, lattice.y_points))
+    cloud = PointCloud(np.stack([x, y], axis=1), (0, 60), (0, 30))
+    points = lattice if layout == "lattice" else cloud
+    film = np.full(points.shape, 1e-3)
+    case = Scene(points, Plane(23.05), film, 0 * film, 0 * film, Coulomb(3.0), Isotropic())
+    run = begin(replace(case, boundaries=Boundaries(x_max="wall")), 80.0, 0.0, True)
+    uphill = []
+    for k in range(40):
+        run.advance(80.0, k + 1)
+        uphill.append(float(run.state[1].min()))
     assert run.state[0].max() > 3e-3
-    # HLL between the layer and its image throws it back at 3 m/s
-    assert min(back) > -0.05
+    # HLL between the layer and its image throws it back at some m/s
+    assert min(uphill) > -0.05
