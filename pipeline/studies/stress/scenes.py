@@ -22,13 +22,13 @@ from pipeline.runs.shared_points import made
 from pipeline.scenario.scenario import load
 from pipeline.scenario.schema_errors import check
 from pipeline.scenario.strict_yaml import parse
-from pipeline.studies.stress import draws
-from pipeline.studies.stress.draw_beds import draw_erosion, draw_extent, draw_terrain
-from pipeline.studies.stress.draw_domains import draw_points, draw_sides
-from pipeline.studies.stress.draw_flows import draw_height, draw_inflow, draw_releases
-from pipeline.studies.stress.draw_materials import draw_law, draw_material, friction_class
-from pipeline.studies.stress.draw_surfaces import draw_surface_scene
-from pipeline.studies.stress.draw_wide import widened
+from pipeline.studies.stress.draws import basics as draws
+from pipeline.studies.stress.draws.beds import draw_erosion, draw_extent, draw_terrain
+from pipeline.studies.stress.draws.domains import draw_points, draw_sides
+from pipeline.studies.stress.draws.flows import draw_height, draw_inflow, draw_releases
+from pipeline.studies.stress.draws.materials import draw_law, draw_material, friction_class
+from pipeline.studies.stress.draws.surfaces import draw_surface_scene
+from pipeline.studies.stress.draws.wide import widened
 from solver.physics.constants import GRAVITY
 
 Data = draws.Data

@@ -11,7 +11,7 @@ from root import ROOT
 from scenes import SCENES, all_sides, scene
 
 from pipeline.studies.stress.campaign import Row, is_repeated, perform, shrunk
-from pipeline.studies.stress.draw_beds import EROSION
+from pipeline.studies.stress.draws.beds import EROSION
 from pipeline.studies.stress.repeats import ROOTS, repeat
 from pipeline.studies.stress.report import largest_rate, rate
 from pipeline.studies.stress.scenes import LAYOUTS, Drawn, draw, prepared, read

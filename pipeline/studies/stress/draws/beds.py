@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from pipeline.studies.stress.draws import DENSITY, Data, Generator, chosen, log_uniform, rounded
+from pipeline.studies.stress.draws.basics import DENSITY, Data, Generator, chosen, log_uniform, rounded
 
 EROSION = ("growth-rate", "shear-stress", "shear-work", "egashira", "jump-condition")
 

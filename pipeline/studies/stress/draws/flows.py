@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.studies.stress.draws import Data, Generator, chosen, log_uniform, rounded
+from pipeline.studies.stress.draws.basics import Data, Generator, chosen, log_uniform, rounded
 
 FILM_HEIGHT = 1e-3
 

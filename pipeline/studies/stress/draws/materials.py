@@ -4,7 +4,15 @@ from __future__ import annotations
 
 import math
 
-from pipeline.studies.stress.draws import DENSITY, Data, Generator, chosen, log_uniform, rounded, steepest
+from pipeline.studies.stress.draws.basics import (
+    DENSITY,
+    Data,
+    Generator,
+    chosen,
+    log_uniform,
+    rounded,
+    steepest,
+)
 
 
 def draw_material(rng: Generator, gravity: float, terrain: Data) -> tuple[Data, str]:

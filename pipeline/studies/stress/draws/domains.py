@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.studies.stress.draws import Data, Generator, chosen, log_uniform, rounded, steepest
+from pipeline.studies.stress.draws.basics import Data, Generator, chosen, log_uniform, rounded, steepest
 
 
 def draw_sides(

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.studies.stress.draws import Data, Generator, chosen, log_uniform, rounded
+from pipeline.studies.stress.draws.basics import Data, Generator, chosen, log_uniform, rounded
 
 Files = dict[str, str]
 # Points of a table, and what is left between its end and that of the domain, as a share of its length.

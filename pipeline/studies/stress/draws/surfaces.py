@@ -9,9 +9,9 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.studies.stress.draw_beds import draw_erosion
-from pipeline.studies.stress.draw_materials import draw_law
-from pipeline.studies.stress.draws import DENSITY, Data, Generator, chosen, log_uniform, rounded
+from pipeline.studies.stress.draws.basics import DENSITY, Data, Generator, chosen, log_uniform, rounded
+from pipeline.studies.stress.draws.beds import draw_erosion
+from pipeline.studies.stress.draws.materials import draw_law
 from solver.physics.constants import GRAVITY
 
 Files = dict[str, str]

@@ -1,0 +1,1 @@
+"""What a random scene is made of, drawn part by part as sections of a scenario file."""
