@@ -8,9 +8,10 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from pipeline.assess.ensemble import computed, weights
-from pipeline.assess.frames import cell_area, space
+from pipeline.assess.frames import cell_area, on_surface, space
 from pipeline.assess.observed import ObservationError, Observed
 from pipeline.assess.probability import Values
+from pipeline.assess.receptors import Cells
 from pipeline.assess.sensitivity import varied
 from pipeline.assess.tables import behind
 from pipeline.store.variables import STATUS, Status
@@ -36,7 +37,8 @@ def score(store: xr.Dataset, observed: Observed, threshold: float) -> pd.DataFra
     DataFrame
         A row a run, the best first: ``scenario``, ``run``, ``status``, the varied parameters,
         ``critical_success_index`` (area of both deposits over that of either), ``hit_rate``,
-        ``false_alarm_ratio``, ``runout_misfit`` (horizontal distance from the observed toe on, m), and with
+        ``false_alarm_ratio``, ``runout_misfit`` (horizontal distance from the observed toe on, m; on an
+        elevation model that between the lowest cells of both, positive where the run's lies lower), and with
         observed depths ``volume_misfit`` (relative to the observed volume) and ``depth_rmse`` (m, over the
         area of either). Runs that were not computed are there, without a score.
 
@@ -49,8 +51,14 @@ def score(store: xr.Dataset, observed: Observed, threshold: float) -> pd.DataFra
     if "deposit_depth" not in store:
         raise ObservationError(f"{title}: expected deposit_depth, which output.fields leaves out")
     over = space(store)
-    area = np.broadcast_to(cell_area(store).to_numpy(), [store.sizes[d] for d in over]).ravel()
-    distance = _by_run(xr.broadcast(store["horizontal_distance"], store["y"])[0], store)
+    sizes = [store.sizes[d] for d in over]
+    areas = _by_run(xr.broadcast(cell_area(store), store["x"], store["y"])[0], store)
+    if on_surface(store):
+        ahead = _by_run(-store["elevation"], store)
+        places = Cells(store).points
+    else:
+        ahead = _by_run(xr.broadcast(store["horizontal_distance"], store["y"])[0], store)
+        places = None
     deposits = _by_run(store["deposit_depth"], store)
     states, known = store[STATUS.name].to_numpy(), computed(store).to_numpy()
     parameters = varied(store)
@@ -62,7 +70,10 @@ def score(store: xr.Dataset, observed: Observed, threshold: float) -> pd.DataFra
         if not known[run]:
             continue
         deposit = deposits.isel(run=run).to_numpy().astype(np.float64).ravel()
-        row |= _scores(deposit, distance.isel(run=run).to_numpy().ravel(), area, observed, threshold)
+        farther = np.broadcast_to(ahead.isel(run=run).to_numpy(), sizes).ravel()
+        area = np.broadcast_to(areas.isel(run=run).to_numpy(), sizes).ravel()
+        misfit = _misfit(deposit > threshold, observed.covered, farther, places)
+        row |= _scores(deposit, area, observed, threshold, misfit)
     table = pd.DataFrame(rows)
     if "critical_success_index" not in table:
         raise ObservationError(f"{title}: no run was computed")
@@ -75,18 +86,39 @@ def _by_run(field: xr.DataArray, store: xr.Dataset) -> xr.DataArray:
     return whole.transpose("run", *space(store))
 
 
+def _misfit(made: NDArray[np.bool_], seen: NDArray[np.bool_], ahead: Array, places: Array | None) -> float:
+    """Horizontal distance from the observed toe to that of a run, m, positive beyond it; NaN without one.
+
+    Parameters
+    ----------
+    made, seen : array
+        Whether each cell is part of the deposit of the run, and of the observed one, (cells,).
+    ahead : array
+        Horizontal distance of each cell along the profile, or how low it lies on an elevation model, m.
+    places : array or None
+        Eastings and northings on an elevation model, (cells, 2), m.
+    """
+    if not made.any():
+        return float("nan")
+    known = np.where(np.isfinite(ahead), ahead, -np.inf)
+    toe, observed = (int(np.where(cells, known, -np.inf).argmax()) for cells in (made, seen))
+    if places is None:
+        return float(ahead[toe] - ahead[observed])
+    farther = float(known[toe] - known[observed])
+    return float(np.sign(farther) * np.hypot(*(places[toe] - places[observed])))
+
+
 def _scores(
-    deposit: Array, distance: Array, area: Array, observed: Observed, threshold: float
+    deposit: Array, area: Array, observed: Observed, threshold: float, misfit: float
 ) -> dict[str, float]:
     covered = deposit > threshold
     sets = (covered & observed.covered, covered | observed.covered, observed.covered, covered)
     both, either, seen, made = (float(area[cells].sum()) for cells in sets)
-    toe = float(distance[covered].max()) if made else np.nan
     scores = {
         "critical_success_index": both / either,
         "hit_rate": both / seen,
         "false_alarm_ratio": 1 - both / made if made else 0.0,
-        "runout_misfit": toe - float(distance[observed.covered].max()),
+        "runout_misfit": misfit,
     }
     if observed.depth is not None:
         # films below the threshold are no part of either deposit

@@ -62,9 +62,9 @@ def follow(store: xr.Dataset, threshold: float | None = None) -> xr.Dataset:
     -------
     Dataset
         Over ``run`` and ``time``: ``front_x``, ``tail_x``, ``half_width`` (half the extent across the bed) of
-        the body, m; ``volume``, m3; ``volume_error``, relative to the first frame and but for what was
-        entrained; ``deepest``, m; ``body_speed`` and ``film_speed``, the largest ones, m s-1. NaN where a
-        frame was not computed.
+        the body, m, on an elevation model ``lowest_elevation``, m, and ``body_area`` in plan, m2; ``volume``,
+        m3; ``volume_error``, relative to the first frame and but for what was entrained; ``deepest``, m;
+        ``body_speed`` and ``film_speed``, the largest ones, m s-1. NaN where a frame was not computed.
     """
     depth, over = store["depth"], space(store)
     if threshold is None:
@@ -77,10 +77,20 @@ def follow(store: xr.Dataset, threshold: float | None = None) -> xr.Dataset:
     volume = (depth.astype(np.float64) * cell_area(store)).sum(over)
     # what the flow has taken up from its bed is no error
     taken = store["entrained"] if "entrained" in store.variables else 0.0
+    if on_surface(store):
+        plan = float(np.diff(store["x"]).mean()) ** 2
+        extent = {
+            "lowest_elevation": store["elevation"].where(body).min(over),
+            "body_area": plan * body.sum(over),
+        }
+    else:
+        extent = {
+            "front_x": x.max(over),
+            "tail_x": x.min(over),
+            "half_width": (y.max(over) - y.min(over)) / 2,
+        }
     found = {
-        "front_x": x.max(over),
-        "tail_x": x.min(over),
-        "half_width": (y.max(over) - y.min(over)) / 2,
+        **extent,
         "volume": volume,
         "volume_error": (volume - taken) / volume.isel(time=0) - 1,
         "deepest": depth.max(over),

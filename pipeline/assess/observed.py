@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from pipeline.assess.frames import mean_spacing, on_surface
-from pipeline.assess.georeference import Frame
+from pipeline.assess.georeference import Frame, MapAxes
 from pipeline.assess.receptors import Cells
 from pipeline.inputs import text_table
 from pipeline.scenario.scenario import stored
@@ -23,6 +23,7 @@ OUTLINES = (".gpkg", ".geojson", ".json", ".shp")
 RASTERS = (".tif", ".tiff")
 # share of an observed deposit that may be outside the domain, and places along an edge of that on the map
 SLIVER, EDGE = 0.01, 100
+ALONG_BED = "x is arc length along the bed, y the distance across it"
 
 
 class ObservationError(ValueError):
@@ -51,11 +52,12 @@ def read(path: Path, store: xr.Dataset, threshold: float) -> Observed:
     Parameters
     ----------
     path : Path
-        In the coordinates of the bed, m: CSV with the columns x and y, the corners of an outline in order; or
-        with x, y and depth, or NetCDF with a variable ``depth`` over x and y: a survey on places, of which
-        each cell takes the mean of those within it. On the map, for a scenario with a georeference and in any
-        reference system: polygons as GeoPackage, GeoJSON or Shapefile, of which those cells are part whose
-        centres they hold; or a raster of depths as GeoTIFF, of which each cell takes the value at its centre.
+        In the coordinates of the points, m, along and across the bed or eastings and northings: CSV with the
+        columns x and y, the corners of an outline in order; or with x, y and depth, or NetCDF with a variable
+        ``depth`` over x and y: a survey on places, of which each cell takes the mean of those within it. On
+        the map, for a scenario with a georeference or on an elevation model and in any reference system:
+        polygons as GeoPackage, GeoJSON or Shapefile, of which those cells are part whose centres they hold;
+        or a raster of depths as GeoTIFF, of which each cell takes the value at its centre.
     store : Dataset
         The store whose cells it is brought on.
     threshold : float
@@ -64,15 +66,11 @@ def read(path: Path, store: xr.Dataset, threshold: float) -> Observed:
     Raises
     ------
     ObservationError
-        If the runs are on an elevation model, which is not supported yet.
         If the file is none of these, a depth is negative, or no cell is part of the deposit; if part of the
         deposit is outside the domain, where no run could have put anything.
     OSError
         If it cannot be read.
     """
-    if on_surface(store):
-        title = store.attrs["title"]
-        raise ObservationError(f"{title}: expected runs on a slope profile, found some on an elevation model")
     cells = Cells(store)
     if path.suffix.lower() in OUTLINES:
         return _whole(Observed(_within_polygons(path, store, cells), None), path, store)
@@ -107,10 +105,10 @@ def _refuse_outside(
     has, holds = (
         f"x {a[0]:.6g} to {b[0]:.6g} m and y {a[1]:.6g} to {b[1]:.6g} m" for a, b in (reach, (low, high))
     )
+    axes = "x are eastings, y northings" if on_surface(store) else ALONG_BED
     raise ObservationError(
         f"{path}: {100 * share:.2g} % of the observed deposit, {has}, is outside the domain of "
-        f"{store.attrs['title']}, {holds}; run it on a larger domain, or check the file's coordinates: x is "
-        "arc length along the bed, y the distance across it"
+        f"{store.attrs['title']}, {holds}; run it on a larger domain, or check the file's coordinates: {axes}"
     )
 
 
@@ -198,6 +196,10 @@ def _on_map(path: Path, store: xr.Dataset, cells: Cells) -> tuple[Array, Array, 
 
 def _frame(store: xr.Dataset) -> tuple[Frame, str]:
     """Give the frame of the cells on the map, and the reference system."""
+    if on_surface(store):
+        x, y = (store[axis].to_numpy() for axis in ("x", "y"))
+        crs = str(store.attrs["crs"])
+        return Frame(MapAxes(crs), x, x, y), crs
     ground = stored(store.attrs).georeference
     if ground is None:
         raise ObservationError("expected a scenario with a georeference, as the file is on the map")

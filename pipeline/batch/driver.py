@@ -25,7 +25,7 @@ from pipeline.batch.scheduling import Ending, Todo, execute, execute_here, pendi
 from pipeline.batch.task import Solve
 from pipeline.errors import ChangedError as ChangedError
 from pipeline.runs import profile_ends
-from pipeline.runs.domain_search import settled
+from pipeline.runs.domain_search import on_known_domain, settled, settled_together
 from pipeline.runs.duplicates import copies
 from pipeline.runs.runs import Runs, expand, share
 from pipeline.runs.shared_points import SharedPoints, kept
@@ -122,9 +122,13 @@ def complete(
     """
     out = storage_of(out).absolute()
     log = log or storage_of(out).log()
+    read = scenarios
+    scenarios = [on_known_domain(scenario, store_path(out, scenario.name)) for scenario in read]
     replaced = _changed(scenarios, out)
     if replaced and not overwrite:
         raise ChangedError("\n".join(line for lines in replaced.values() for line in lines))
+    # of those the domain is found anew
+    scenarios = [old if old.name in replaced else new for old, new in zip(read, scenarios, strict=True)]
     if sweep:
         storage_of(out).sweep()
     if part == WHOLE:
@@ -194,18 +198,19 @@ def _shared(
 ) -> list[tuple[Scenario, Runs, SharedPoints]]:
     """Make the points of scenarios that have something left to do, before anything is written."""
     made = []
+    open_ones: list[tuple[Scenario, Location | None]] = []
     for scenario in scenarios:
         path = store_path(out, scenario.name)
         if scenario.name in replaced or not is_made(path) or pending(path, retry_failed).any():
-            known = None if scenario.name in replaced else path
-            scenario = settled(scenario, known, partial(console.print, highlight=False))
-            runs = expand(scenario)
-            # all runs have one scheme, unless it is swept
-            swept = any(key.startswith("scheme.") for key in scenario.settings.varied)
-            shared = share(scenario, runs if swept else runs[:1])
-            if not isinstance(shared.points, Lattice):
-                console.print(f"{scenario.name}: {len(shared.points):,} points", highlight=False)
-            made.append((scenario, runs, shared))
+            open_ones.append((scenario, None if scenario.name in replaced else path))
+    for scenario in settled_together(open_ones, partial(console.print, highlight=False)):
+        runs = expand(scenario)
+        # all runs have one scheme, unless it is swept
+        swept = any(key.startswith("scheme.") for key in scenario.settings.varied)
+        shared = share(scenario, runs if swept else runs[:1])
+        if not isinstance(shared.points, Lattice):
+            console.print(f"{scenario.name}: {len(shared.points):,} points", highlight=False)
+        made.append((scenario, runs, shared))
     return made
 
 

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,6 +51,73 @@ class ElevationRaster:
         return float(self.x[1] - self.x[0])
 
 
+@dataclass(frozen=True)
+class RasterExtent:
+    """Where an elevation model lies, without its elevations.
+
+    x, y : eastings and northings of the centres of its outermost cells, m. spacing : side of a cell, m.
+    crs : reference system, as ``EPSG:2056`` or WKT.
+    """
+
+    x: tuple[float, float]
+    y: tuple[float, float]
+    spacing: float
+    crs: str
+
+    @property
+    def edges(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Outer edges along x and y, m."""
+        half = self.spacing / 2
+        (x0, x1), (y0, y1) = self.x, self.y
+        return (x0 - half, x1 + half), (y0 - half, y1 + half)
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[Any]:
+    """Open a raster of one band with square cells north up."""
+    import rasterio
+    from rasterio.errors import RasterioError
+
+    try:
+        source = rasterio.open(path)
+    except RasterioError as error:
+        expected = "expected an elevation model as GeoTIFF, ASC or NetCDF"
+        raise ElevationRasterError(f"{expected}, found {path.name}, which is none: {error}") from None
+    with source:
+        if source.count != 1:
+            raise ElevationRasterError(f"expected a raster of one band, found {source.count} bands")
+        step = source.transform
+        if step.b or step.d or step.e >= 0 or abs(step.a + step.e) > EVEN * step.a:
+            raise ElevationRasterError(
+                "expected square cells north up, found others; gdalwarp -tr D D makes them"
+            )
+        yield source
+
+
+def extent(path: Path, crs: str | None = None) -> RasterExtent:
+    """Read where an elevation model lies, whatever its size; its elevations are not read.
+
+    Parameters
+    ----------
+    path : Path
+        As `read` takes it.
+    crs : str, optional
+        Reference system where the file has none.
+
+    Raises
+    ------
+    ElevationRasterError
+        If it is no raster of one band in a projected reference system in metres with square cells north up.
+    """
+    with _opened(path) as source:
+        step, system = source.transform, _system(source.crs, crs)
+        east, north = step.c + step.a / 2, step.f + step.e / 2
+        return RasterExtent(
+            (east, east + step.a * (source.width - 1)), (north - step.a * (source.height - 1), north),
+            step.a, system,
+        )  # fmt: skip
+
+
 def read(
     path: Path,
     crs: str | None = None,
@@ -71,24 +141,11 @@ def read(
         If it is no raster of one band in a projected reference system in metres with square cells north up,
         or holds no elevations there.
     """
-    import rasterio
     from rasterio.errors import RasterioError
     from rasterio.windows import Window, from_bounds
 
-    try:
-        source = rasterio.open(path)
-    except RasterioError as error:
-        expected = "expected an elevation model as GeoTIFF, ASC or NetCDF"
-        raise ElevationRasterError(f"{expected}, found {path.name}, which is none: {error}") from None
-    with source:
-        if source.count != 1:
-            raise ElevationRasterError(f"expected a raster of one band, found {source.count} bands")
-        step = source.transform
-        if step.b or step.d or step.e >= 0 or abs(step.a + step.e) > EVEN * step.a:
-            raise ElevationRasterError(
-                "expected square cells north up, found others; gdalwarp -tr D D makes them"
-            )
-        system = _system(source.crs, crs)
+    with _opened(path) as source:
+        step, system = source.transform, _system(source.crs, crs)
         window = Window(0, 0, source.width, source.height)
         if x is not None and y is not None:
             d = 4 * step.a

@@ -12,8 +12,9 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from pipeline.assess.frames import follow, mean_spacing, on_surface
+from pipeline.assess.frames import bed, follow, mean_spacing, on_surface
 from pipeline.assess.plots import depth_panels, title_of
+from pipeline.assess.relief import draw_relief
 from pipeline.store.place import store_paths
 from pipeline.store.run_table import markdown
 from pipeline.store.storage import Location
@@ -25,11 +26,15 @@ _log = logging.getLogger(__name__)
 PANELS = 8
 # round-off of a sum over single-precision frames
 LEAST_ERROR = 1e-8
-COLUMNS = ("front_x", "tail_x", "half_width", "deepest", "volume_error", "body_speed", "film_speed")
+COLUMNS = ("deepest", "volume_error", "body_speed", "film_speed")
+EXTENT = ("front_x", "tail_x", "half_width")
+EXTENT_ON_SURFACE = ("lowest_elevation", "body_area")
 
 
 def draw(out: Location, to: Path) -> list[Path]:
-    """Draw profile, points, depth contours and volume errors of all stores of a place, and table their runs.
+    """Draw the bed, points, depth contours and volume errors of all stores of a place, and table their runs.
+
+    The bed is that of the first store: a profile, or on an elevation model a map with the release.
 
     Parameters
     ----------
@@ -46,18 +51,20 @@ def draw(out: Location, to: Path) -> list[Path]:
     Raises
     ------
     FileNotFoundError
-        If there is no store on a slope profile with frames of depth and velocity in the place.
+        If there is no store with frames of depth and velocity in the place.
     OSError
         If something cannot be written.
     """
     stores = {path.stem: open_store(path) for path in store_paths(out)}
     stores = {name: s for name, s in stores.items() if {"depth", "velocity_x", "velocity_y"} <= set(s)}
-    stores = {name: s for name, s in stores.items() if not on_surface(s)}
     if not stores:
-        raise FileNotFoundError(f"{out} holds no store on a slope profile with frames of depth and velocity")
+        raise FileNotFoundError(f"{out} holds no store with frames of depth and velocity")
     to.mkdir(parents=True, exist_ok=True)
     first = next(iter(stores.values()))
-    written = [_profile(first, to / "profile.png"), _points(stores, to / "points.png")]
+    on_profiles = {name: store for name, store in stores.items() if not on_surface(store)}
+    written = [_map(first, to / "terrain.png") if on_surface(first) else _profile(first, to / "profile.png")]
+    if on_profiles:
+        written.append(_points(on_profiles, to / "points.png"))
     courses: list[tuple[str, xr.Dataset]] = []
     for name, store in stores.items():
         for run in range(store.sizes["run"]):
@@ -89,7 +96,7 @@ def _row(title: str, course: xr.Dataset) -> dict[str, object]:
     known = course.dropna("time", how="all", subset=["volume"])
     last = known.isel(time=-1)
     row: dict[str, object] = {"run": title, "time": float(last["time"])}
-    for name in COLUMNS:
+    for name in (*(EXTENT if "front_x" in course else EXTENT_ON_SURFACE), *COLUMNS):
         row[name] = float(known[name].max() if name.endswith("speed") else last[name])
     return row
 
@@ -121,6 +128,23 @@ def _profile(store: xr.Dataset, path: Path) -> Path:
     axes.set_xlabel("horizontal distance (m)")
     axes.set_ylabel("elevation (m)")
     axes.legend(frameon=False)
+    figure.savefig(path)
+    return path
+
+
+def _map(store: xr.Dataset, path: Path) -> Path:
+    """Draw the ground with the release of the first run."""
+    depth = store["depth"].isel(run=0, time=0).to_numpy()
+    x, y = store["x"].to_numpy(), store["y"].to_numpy()
+    figure = Figure(figsize=(9, 9 * (y[-1] - y[0]) / (x[-1] - x[0]) + 0.6), layout="compressed", dpi=150)
+    axes: Axes = figure.subplots()
+    draw_relief(axes, x, y, bed(store, 0))
+    if depth.max() > 0:
+        axes.contourf(x, y, depth, levels=[1e-3 * depth.max(), depth.max()], colors="tab:brown", alpha=0.6)
+    axes.set_aspect("equal")
+    axes.ticklabel_format(useOffset=False, style="plain")
+    axes.set_xlabel("easting (m)")
+    axes.set_ylabel("northing (m)")
     figure.savefig(path)
     return path
 

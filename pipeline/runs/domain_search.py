@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, replace
 from math import ceil, floor
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pipeline.inputs.elevation_raster import ElevationRasterError
+from pipeline.inputs.ground import Ground, clipped, fitted
 from pipeline.mistakes import BadInput
-from pipeline.runs.profile_ends import beyond
+from pipeline.runs.domain_doubts import doubts, gaps_of, shared_cells
 from pipeline.runs.run import Run
-from pipeline.runs.runs import Runs, expand
+from pipeline.runs.runs import expand
 from pipeline.runs.scene_of_run import build_scene
 from pipeline.runs.shared_points import SharedPoints
 from pipeline.scenario import solver_objects
-from pipeline.scenario.places import part_inside
+from pipeline.scenario.places import corners_to_hold
 from pipeline.scenario.scenario import Scenario
 from pipeline.scenario.strict_yaml import parse
 from pipeline.settings.physics import DEFAULT_SCHEME
@@ -26,6 +28,7 @@ from pipeline.settings.settings import Domain
 from pipeline.store import zarr_store
 from pipeline.store.storage import Location
 from solver.points.lattice import Lattice
+from solver.release.polygons import ring_area
 from solver.simulation import simulate
 
 Array = NDArray[np.float64]
@@ -60,7 +63,8 @@ def settled(scenario: Scenario, path: Location | None, tell: Callable[[str], Non
     """Give a scenario with a domain: its own, that of its store, or one found from the flow.
 
     Every run is done on a lattice of wider spacing without sides, which is made larger until the flow of none
-    reaches its edge; the domain holds the largest extent of all, with a margin.
+    reaches its edge; the domain holds the largest extent of all, with a margin. On an elevation model it ends
+    where that does.
 
     Parameters
     ----------
@@ -76,49 +80,108 @@ def settled(scenario: Scenario, path: Location | None, tell: Callable[[str], Non
     BadInput
         If the flow does not end within as many points as a scenario may have.
     """
+    (found,) = settled_together([(scenario, path)], tell)
+    return found
+
+
+def settled_together(
+    scenarios: Sequence[tuple[Scenario, Location | None]], tell: Callable[[str], None]
+) -> list[Scenario]:
+    """Give scenarios with domains, each as `settled` does.
+
+    Those on one elevation model with the same spacing get one domain that holds the flow of all, so that
+    their results lie on the same cells.
+
+    Parameters
+    ----------
+    scenarios : sequence of (Scenario, Location or None)
+        Each with its store, where that may be there.
+    tell : callable
+        Told the domains that were found.
+
+    Raises
+    ------
+    BadInput
+        If a flow does not end within as many points as a scenario may have.
+    """
+    known = [scenario if path is None else on_known_domain(scenario, path) for scenario, path in scenarios]
+    boxes = {
+        number: _found(scenario, tell)
+        for number, scenario in enumerate(known)
+        if scenario.settings.domain is None
+    }
+    whole: dict[Hashable, _Box] = {}
+    for number, scenario in enumerate(known):
+        domain, key = scenario.settings.domain, _shares_cells(scenario)
+        box = boxes[number] if domain is None else _Box(domain.x, domain.y)
+        if key is not None:
+            whole[key] = box if key not in whole else whole[key].holding(box.x, box.y)
+    settled_ones = []
+    for number, scenario in enumerate(known):
+        if number in boxes:
+            box = whole.get(_shares_cells(scenario), boxes[number])
+            scenario = scenario.within(Domain(x=box.x, y=box.y))
+            found = Domain(x=boxes[number].x, y=boxes[number].y)
+            for line in (*shared_cells(scenario, found), *gaps_of(scenario)):
+                tell(f"{scenario.name}: {line}")
+        settled_ones.append(scenario)
+    return settled_ones
+
+
+def on_known_domain(scenario: Scenario, path: Location) -> Scenario:
+    """Give a scenario without a domain the one that was found when its store was made, if it was.
+
+    What it has become otherwise since is left to be told.
+    """
     if scenario.settings.domain is not None:
         return scenario
-    known = {} if path is None else zarr_store.attributes(path)
-    if "domain" in known:
-        return _within(scenario, Domain.model_validate_json(str(known["domain"])))
+    known = zarr_store.attributes(path)
+    if "domain" not in known:
+        return scenario
+    try:
+        return scenario.within(Domain.model_validate_json(str(known["domain"])))
+    except ElevationRasterError:
+        return scenario
+
+
+def _shares_cells(scenario: Scenario) -> Hashable | None:
+    """Give what scenarios that lie on the same cells have in common; None on a profile."""
+    ground = scenario.ground
+    if ground is None:
+        return None
+    return ground.extent, getattr(scenario.settings.points, "spacing", None)
+
+
+def _found(scenario: Scenario, tell: Callable[[str], None]) -> _Box:
+    """Find the domain of a scenario from its flow."""
     runs = expand(scenario)
     releases = [_extent(run) for run in (runs if _released_anew(scenario) else runs[:1])]
-    box, least = _Box(*releases[0]), float("inf")
+    box = _Box(*releases[0])
     for x, y in releases:
         box = box.holding(x, y)
-        least = min(least, x[1] - x[0], y[1] - y[0])
+    least = min(map(_width, runs if _released_anew(scenario) else runs[:1]))
     spacing = float(getattr(scenario.settings.points, "spacing"))  # noqa: B009
     wide = max(spacing, min(WIDER * spacing, least / LEAST_CELLS))
-    around, flow = _grown(box, wide, np.ones(4, bool)), box
+    around, flow = _clipped(_grown(box, wide, np.ones(4, bool)), scenario), box
     count = f"{len(runs):,} run{'s' * (len(runs) > 1)}"
     tell(f"{scenario.name}: looking for the domain by {count} on {wide:g} m")
     for run in runs:
         _log.info("%s: domain, run %d of %d", scenario.name, run.index + 1, len(runs))
         around, x, y = _flow(scenario, run, around, wide)
         flow = flow.holding(x, y)
-    domain = Domain(x=_rounded(flow.x, spacing, wide), y=_rounded(flow.y, spacing, wide))
+    domain = _rounded(scenario, flow, spacing, wide)
     tell(f"{scenario.name}: domain x {list(domain.x)}, y {list(domain.y)} m, found by {count} on {wide:g} m")
-    for line in _doubts(scenario, runs, flow, domain):
+    for line in doubts(scenario, runs, flow.x, domain):
         tell(f"{scenario.name}: {line}")
-    return _within(scenario, domain)
+    return _Box(domain.x, domain.y)
 
 
-def _doubts(scenario: Scenario, runs: Runs, flow: _Box, domain: Domain) -> Iterator[str]:
-    """Say what of a domain that was found is to be known: an end of the profile in it, receptors outside."""
-    profiles = {
-        solver_objects.slope(run.settings.terrain, run.table)
-        for run in (runs if any(key.startswith("terrain") for key in scenario.settings.varied) else runs[:1])
-    }
-    yield from filter(None, dict.fromkeys(beyond(profile, flow.x) for profile in profiles))
-    receptors = scenario.settings.places
-    outside = [each.name for each in receptors if part_inside(each, domain) == 0]
-    if outside:
-        names = "all receptors" if len(outside) == len(receptors) > 1 else ", ".join(outside)
-        yield f"outside of the domain, where no flow comes: {names}"
-
-
-def _within(scenario: Scenario, domain: Domain) -> Scenario:
-    return replace(scenario, settings=scenario.settings.model_copy(update={"domain": domain}))
+def _clipped(box: _Box, scenario: Scenario) -> _Box:
+    """Give the part of a box that an elevation model covers."""
+    if scenario.ground is None:
+        return box
+    domain = clipped(Domain(x=box.x, y=box.y), scenario.ground.extent)
+    return _Box(domain.x, domain.y)
 
 
 def _released_anew(scenario: Scenario) -> bool:
@@ -126,9 +189,27 @@ def _released_anew(scenario: Scenario) -> bool:
 
 
 def _extent(run: Run) -> tuple[Pair, Pair]:
-    """Bounds of a run's releases."""
+    """Bounds of what a domain has to hold of a run, its releases above all."""
+    if run.settings.on_surface:
+        low, high = (
+            way(corners_to_hold(run.settings, run.outlines or {}), axis=0) for way in (np.min, np.max)
+        )
+        return (float(low[0]), float(high[0])), (float(low[1]), float(high[1]))
     x0, x1, y0, y1 = np.array([r.extent for r in solver_objects.releases(run.settings)]).T
     return (float(x0.min()), float(x1.max())), (float(y0.min()), float(y1.max()))
+
+
+def _width(run: Run) -> float:
+    """Width that the wider spacing must show of the releases and inflows of a run, m."""
+    if not run.settings.on_surface:
+        x0, x1, y0, y1 = np.array([r.extent for r in solver_objects.releases(run.settings)]).T
+        return float(min(x1.max() - x0.min(), y1.max() - y0.min()))
+    widths = [
+        float(np.sqrt(abs(ring_area(ring))))
+        for each in solver_objects.outlined(run.settings, run.outlines)
+        for ring in each.rings
+    ]
+    return min(widths + [float(np.ptp(np.array(each.section), axis=0).max()) for each in run.settings.inflow])
 
 
 def _grown(box: _Box, spacing: float, sides: NDArray[np.bool_]) -> _Box:
@@ -140,9 +221,13 @@ def _grown(box: _Box, spacing: float, sides: NDArray[np.bool_]) -> _Box:
 
 def _flow(scenario: Scenario, run: Run, around: _Box, wide: float) -> tuple[_Box, Pair, Pair]:
     """Do a run on a lattice that is made larger until it holds the flow; give its bounds and the flow's."""
-    settings = run.settings.model_copy(update={"scheme": DEFAULT_SCHEME})
+    settings, ground = run.settings.model_copy(update={"scheme": DEFAULT_SCHEME}), scenario.ground
+    if ground is not None:
+        points = settings.points.model_copy(update={"spacing": wide})
+        settings = settings.model_copy(update={"points": points})
     while True:
-        lattice = Lattice(around.x, around.y, wide)
+        x, y = (_whole_cells(side, wide, ground) for side in (around.x, around.y))
+        lattice = Lattice(x, y, wide)
         if len(lattice.x_points) * len(lattice.y_points) > MOST_POINTS:
             document = parse(scenario.text, str(scenario.path))
             low, high = around.x
@@ -151,21 +236,51 @@ def _flow(scenario: Scenario, run: Run, around: _Box, wide: float) -> tuple[_Box
             )
             raise BadInput([document.mistake(("domain",), found)])
         here = settings.model_copy(update={"domain": Domain(x=around.x, y=around.y)})
-        prepared = build_scene(replace(run, settings=here), SharedPoints(lattice, {}, frozenset()))
+        shared = SharedPoints(lattice, {}, frozenset())
+        if ground is not None:
+            read = ground.within(here.bounds, 2 * wide)
+            shared = replace(shared, rasters=read.rasters, depths=read.depths)
+        prepared = build_scene(replace(run, settings=here), shared)
         ends = prepared.times[[0, -1]]
         wet = simulate(prepared.scene, ends, arrival_depth=prepared.threshold, frames=()).max_depth > 0
         sides = (wet[:, :CLEAR], wet[:, -CLEAR:], wet[:CLEAR], wet[-CLEAR:])
         reached = np.array([side.any() for side in sides])
-        if not reached.any():
+        larger = _clipped(_grown(around, wide, reached), scenario)
+        # where the elevation model ends it cannot grow
+        if not reached.any() or larger == around:
             break
-        around = _grown(around, wide, reached)
+        around = larger
     along, across = lattice.x_points[wet.any(0)], lattice.y_points[wet.any(1)]
     return around, (float(along[0]), float(along[-1])), (float(across[0]), float(across[-1]))
 
 
-def _rounded(bounds: Pair, spacing: float, wide: float) -> Pair:
-    """Move bounds outward by the margin and on to multiples of the spacing."""
+def _whole_cells(side: Pair, wide: float, ground: Ground | None) -> Pair:
+    """Give bounds that a number of cells fits in, as cells on an elevation model are square."""
+    low, high = side
+    return side if ground is None else (low, low + wide * floor((high - low) / wide))
+
+
+def _rounded(scenario: Scenario, flow: _Box, spacing: float, wide: float) -> Domain:
+    """Move the bounds of a flow outward by the margin and on to multiples of the spacing, or on to cells."""
+    found = _Box(*(_with_margin(bounds, wide) for bounds in (flow.x, flow.y)))
+    if scenario.ground is not None:
+        extent = scenario.ground.extent
+        x, y = (
+            _on_multiples((low - first, high - first), spacing, first)
+            for (low, high), (first, _) in zip((found.x, found.y), (extent.x, extent.y), strict=True)
+        )
+        domain = fitted(clipped(Domain(x=x, y=y), extent), extent, spacing)
+        assert isinstance(domain, Domain)
+        return domain
+    return Domain(x=_on_multiples(found.x, spacing), y=_on_multiples(found.y, spacing))
+
+
+def _with_margin(bounds: Pair, wide: float) -> Pair:
     margin = max(MARGIN * (bounds[1] - bounds[0]), CLEAR * wide)
-    low, high = floor((bounds[0] - margin) / spacing), ceil((bounds[1] + margin) / spacing)
+    return bounds[0] - margin, bounds[1] + margin
+
+
+def _on_multiples(bounds: Pair, spacing: float, origin: float = 0.0) -> Pair:
+    low, high = floor(bounds[0] / spacing), ceil(bounds[1] / spacing)
     # as one would write them
-    return float(f"{low * spacing:.12g}"), float(f"{high * spacing:.12g}")
+    return float(f"{origin + low * spacing:.12g}"), float(f"{origin + high * spacing:.12g}")

@@ -78,8 +78,8 @@ def share(scenario: Scenario, runs: Iterable[Run]) -> SharedPoints:
     from pipeline.runs.threshold import threshold
 
     try:
-        raster = None if scenario.ground is None else scenario.ground.raster
-        shared = made(scenario.settings, scenario.points, runs, raster)
+        rasters = {} if scenario.ground is None else scenario.ground.rasters
+        shared = made(scenario.settings, scenario.points, runs, rasters)
         if scenario.ground is not None:
             shared = replace(shared, depths=scenario.ground.depths)
     except ValueError as error:

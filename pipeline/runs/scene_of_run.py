@@ -100,7 +100,7 @@ def build_scene(run: Run, shared: SharedPoints) -> Prepared:
     settings = run.settings
     points, scheme = shared.points, solver_objects.scheme(settings)
     terrain: SlopeProfile | ElevationModel
-    ground = structures.ground(settings, shared.raster, run.outlines)
+    ground = structures.ground(settings, shared.rasters, run.outlines)
     terrain = solver_objects.slope(settings.terrain, run.table) if ground is None else ground
     laid = solver_objects.laid(settings, points, run.outlines, ground)
     friction, earth_pressure = solver_objects.laws(settings)

@@ -36,22 +36,25 @@ class SharedPoints:
         Of the runs.
     threshold : float, optional
         Depth above which a cell counts as reached, m; None where each run has one by its own release.
-    raster : ElevationRaster, optional
-        The elevation model that they stand on, if they do.
+    rasters : mapping of str to ElevationRaster
+        Elevation models that they stand on, by file; none on a profile.
     depths : mapping of str to ElevationRaster
-        Rasters of erodible depth on it, by file.
+        Rasters of erodible depth on them, by file.
     """
 
     points: Lattice | PointCloud
     operators: dict[Hashable, Operators | None]
     kinds: frozenset[Kind]
     threshold: float | None = None
-    raster: ElevationRaster | None = None
+    rasters: Mapping[str, ElevationRaster] = field(default_factory=dict)
     depths: Mapping[str, ElevationRaster] = field(default_factory=dict)
 
 
 def made(
-    settings: Settings, file: PointFile | None, runs: Iterable[Run], raster: ElevationRaster | None = None
+    settings: Settings,
+    file: PointFile | None,
+    runs: Iterable[Run],
+    rasters: Mapping[str, ElevationRaster] | None = None,
 ) -> SharedPoints:
     """Make points by settings and what their file holds, and the operators of runs.
 
@@ -68,11 +71,11 @@ def made(
     for run in runs:
         scheme = solver_objects.scheme(run.settings)
         built = any(each.kind == "building" for each in run.settings.structures)
-        kinds.add(kind_of(points, scheme, on_surface=raster is not None, built=built))
+        kinds.add(kind_of(points, scheme, on_surface=bool(rasters), built=built))
         needed = key(points, scheme)
         if needed is not None and needed not in operators:
             operators[needed] = prepare(points, scheme)
-    return SharedPoints(points, operators, frozenset(kinds), raster=raster)
+    return SharedPoints(points, operators, frozenset(kinds), rasters=dict(rasters or {}))
 
 
 @contextmanager
@@ -81,7 +84,7 @@ def kept(shared: SharedPoints, path: Location) -> Iterator[SharedPoints | Locati
 
     A driver that is killed leaves the file, which is named so as to be swept.
     """
-    if isinstance(shared.points, Lattice) and not shared.operators and shared.raster is None:
+    if isinstance(shared.points, Lattice) and not shared.operators and not shared.rasters:
         yield shared
         return
     with path.open("wb") as file:

@@ -52,8 +52,8 @@ def variables(scenario: Scenario) -> tuple[Variable, ...]:
 def profile(scenario: Scenario) -> tuple[Variable, ...]:
     """Profile variables that differ between runs, with ``run`` as their first dimension."""
     on_surface = scenario.ground is not None
-    changing = "structures" if on_surface else "terrain"
-    if not any(key.split(".")[0] == changing for key in scenario.settings.varied):
+    changing = ("structures", "terrain.elevation") if on_surface else ("terrain",)
+    if not any(key.startswith(changing) for key in scenario.settings.varied):
         return ()
     cloud = not isinstance(scenario.settings.points, LatticePoints)
     return tuple(
@@ -119,7 +119,7 @@ def mapping(scenario: Scenario) -> list[tuple[Variable, NDArray[Any]]]:
         return []
     from pipeline.inputs.reference_system import cf_attributes
 
-    return [(grid_mapping(cf_attributes(scenario.ground.raster.crs)), np.array(0))]
+    return [(grid_mapping(cf_attributes(scenario.ground.crs)), np.array(0))]
 
 
 def built(prepared: Prepared) -> list[tuple[Variable, NDArray[Any]]]:
@@ -183,6 +183,6 @@ def attributes(scenario: Scenario) -> dict[str, str]:
         "scenario_content": scenario.content,
         "scenario_hash": scenario.digest,
         "domain": scenario.settings.bounds.model_dump_json(),
-        **({} if scenario.ground is None else {"crs": scenario.ground.raster.crs}),
+        **({} if scenario.ground is None else {"crs": scenario.ground.crs}),
         **provenance.made_by(),
     }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from pipeline.runs.run import Run
@@ -28,12 +29,12 @@ def threshold(scenario: Scenario, points: Lattice | PointCloud) -> float:
         return settings.output.threshold
     runs = expand(scenario)
     varied = any(key.startswith("release") for key in settings.varied)
-    raster = None if scenario.ground is None else scenario.ground.raster
+    rasters = {} if scenario.ground is None else scenario.ground.rasters
     if settings.inflow:
         several = runs if settings.varied else runs[:1]
-        return DEFAULT_THRESHOLD * min(max(_depth(run), _comes_in(run, raster)) for run in several)
+        return DEFAULT_THRESHOLD * min(max(_depth(run), _comes_in(run, rasters)) for run in several)
     shallowest = min(runs, key=_depth) if varied else runs[0]
-    ground = structures.ground(shallowest.settings, raster, shallowest.outlines)
+    ground = structures.ground(shallowest.settings, rasters, shallowest.outlines)
     laid = solver_objects.laid(shallowest.settings, points, shallowest.outlines, ground)
     return DEFAULT_THRESHOLD * float(laid.depth.max())
 
@@ -51,8 +52,8 @@ def _depth(run: Run) -> float:
     return max(depths, default=0.0)
 
 
-def _comes_in(run: Run, raster: ElevationRaster | None) -> float:
+def _comes_in(run: Run, rasters: Mapping[str, ElevationRaster]) -> float:
     """Largest depth that flow comes in with, m."""
-    ground = structures.ground(run.settings, raster, run.outlines)
+    ground = structures.ground(run.settings, rasters, run.outlines)
     terrain = solver_objects.slope(run.settings.terrain, run.table) if ground is None else ground
     return solver_objects.deepest_inflow(run.settings, terrain, run.hydrographs)

@@ -13,13 +13,14 @@ import numpy as np
 
 from pipeline.inputs import elevation_table, hydrograph_table, point_file, reference_system
 from pipeline.inputs.elevation_table import ElevationTable
+from pipeline.inputs.ground import Ground
 from pipeline.inputs.hydrograph_table import HydrographTable
 from pipeline.inputs.point_file import PointFile
 from pipeline.inputs.polygons import crossing, reaches
 from pipeline.mistakes import BadInput, Mistake, Problem
 from pipeline.scenario import endless, solver_objects, structures
 from pipeline.scenario.design import share_within
-from pipeline.scenario.ground import OUTSIDE, Ground, GroundCheck
+from pipeline.scenario.ground import OUTSIDE, GroundCheck
 from pipeline.scenario.places import on_bed, part_inside, receptors_on_bed
 from pipeline.scenario.plausibility import reversed_periods, unusual
 from pipeline.scenario.schema_errors import check
@@ -145,6 +146,8 @@ class _Judge:
         """Give settings with releases and receptors in coordinates of the bed, and with their domain."""
         if settings.on_surface:
             found, _ = self._on_surface(settings)
+            # one that is not given is still to be found
+            found = found if settings.domain is not None else found.model_copy(update={"domain": None})
             receptors = self.map_files.receptors(found)
             # what is wrong with them is listed for all runs
             return (
@@ -171,7 +174,8 @@ class _Judge:
             found, problems = self.map_files.judge(settings)
             if not problems and (settings.inflow or settings.sections):
                 assert self.map_files.held is not None
-                model = structures.ground(found, self.map_files.held.raster, self.map_files.held.outlines)
+                held = self.map_files.held
+                model = structures.ground(found, held.rasters, held.outlines)
                 assert model is not None
                 problems = self._sections(found, model)
             return found, problems
@@ -238,12 +242,12 @@ class _Judge:
     def for_all_runs(self, settings: Settings) -> list[Problem]:
         """List what is wrong with what is said of all runs; receptors are in coordinates of the bed."""
         problems = [] if settings.georeference is None else self._on_map(settings, settings.georeference)
-        for name in ("terrain.elevation", "terrain.crs") if settings.on_surface else ():
-            if name in settings.varied:
-                kind = "sweep" if name in settings.sweep else "sample"
-                at: Path = (kind, name) if kind == "sweep" else ("sample", "values", name)
-                found = "expected one elevation model for all runs, found several; write a scenario for each"
-                problems.append(Problem(at, found))
+        if settings.on_surface and "terrain.crs" in settings.varied:
+            name = "terrain.crs"
+            kind = "sweep" if name in settings.sweep else "sample"
+            at: Path = (kind, name) if kind == "sweep" else ("sample", "values", name)
+            found = "expected one reference system for all runs, found several; write a scenario for each"
+            problems.append(Problem(at, found))
         for name in settings.varied:
             if name.startswith("structures.") and name.rpartition(".")[2] in PLACE:
                 kind = "sweep" if name in settings.sweep else "sample"

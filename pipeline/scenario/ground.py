@@ -2,25 +2,23 @@
 
 from __future__ import annotations
 
-import hashlib
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping
 from pathlib import Path as FilePath
 from typing import Any
 
 import numpy as np
 
-from pipeline.inputs import elevation_raster, outlines
-from pipeline.inputs.elevation_raster import ElevationRaster, ElevationRasterError
-from pipeline.inputs.outlines import Outline, OutlineError
+from pipeline.inputs.elevation_raster import ElevationRaster
+from pipeline.inputs.ground import SLIVER, Ground, around, beyond, fitted
+from pipeline.inputs.map_files import MapFiles
+from pipeline.inputs.outlines import Outline, OutlineError, read_places
 from pipeline.inputs.polygons import reaches
 from pipeline.mistakes import Problem
 from pipeline.scenario import solver_objects, structures
-from pipeline.scenario.places import part_inside
+from pipeline.scenario.places import near, part_inside
 from pipeline.scenario.solver_objects import Outlines
 from pipeline.scenario.strict_yaml import Path
 from pipeline.settings.receptor import Receptor
-from pipeline.settings.section import Pair
 from pipeline.settings.settings import Domain, Settings
 from pipeline.settings.structures import place_of
 from pipeline.settings.surface import ElevationTerrain, PolygonsRelease
@@ -33,48 +31,14 @@ FINER = 4.0
 # no bed of loose material is steeper, degrees
 STEEP = 60.0
 LONGEST_NAME = 100
-# of a polygon, or of a domain
-SLIVER = 1e-9
 OUTSIDE = "expected a zone in the domain, found one outside, which changes nothing"
-
-
-@dataclass(frozen=True, eq=False)
-class Ground:
-    """What the files of a scenario on an elevation model hold.
-
-    Parameters
-    ----------
-    raster : ElevationRaster
-        The elevation model, around the domain.
-    outlines : Outlines
-        Polygons, and lines of dams, by file and layer.
-    depths : mapping of str to ElevationRaster
-        Rasters of erodible depth by file.
-    """
-
-    raster: ElevationRaster
-    outlines: Outlines = field(default_factory=dict)
-    depths: Mapping[str, ElevationRaster] = field(default_factory=dict)
-
-    @property
-    def digests(self) -> dict[str, Any]:
-        """Hashes of all of it that decides a run, by name of file."""
-        found = {
-            " ".join(filter(None, name)): _digest(held)
-            for name, held in sorted(self.outlines.items(), key=str)
-        }
-        depths = {name: raster.digest for name, raster in sorted(self.depths.items())}
-        erodible = {"erodible_depth": depths} if depths else {}
-        return {"elevation": self.raster.digest, "polygons": found, **erodible}
-
-
-def _digest(held: tuple[Outline, ...]) -> str:
-    text = "".join(f"{each.name}|{each.attributes.get('depth')}|{each.digest}\n" for each in held)
-    return hashlib.sha256(text.encode()).hexdigest()
 
 
 class GroundCheck:
     """Reads and judges the files of scenarios on elevation models, each file once.
+
+    Where a scenario gives no domain, what is near its releases is judged, and the rest once the domain is
+    found.
 
     Parameters
     ----------
@@ -85,8 +49,7 @@ class GroundCheck:
     def __init__(self, folder: FilePath) -> None:
         self.folder = folder
         self.doubts: dict[Path, str] = {}
-        self._rasters: dict[Any, ElevationRaster | Problem] = {}
-        self._outlines: dict[tuple[str, str | None, str, bool], tuple[Outline, ...] | Problem] = {}
+        self._files = MapFiles(folder)
         self._judged: dict[Any, structures.Judged] = {}
         self._inside: dict[Any, float] = {}
         self._reach = 0.0
@@ -96,7 +59,8 @@ class GroundCheck:
     def judge(self, settings: Settings) -> tuple[Settings, list[Problem]]:
         """Give settings with their domain, and list what is wrong with their files.
 
-        The files are then in ``held``, those of all runs that were judged.
+        Of settings without one the domain is what is around their places. The files are then in ``held``,
+        those of all runs that were judged.
         """
         terrain = settings.terrain
         assert isinstance(terrain, ElevationTerrain)
@@ -105,41 +69,92 @@ class GroundCheck:
         spacing = float(getattr(settings.points, "spacing"))  # noqa: B009
         # elevations are averaged from as far away
         self._reach = max(self._reach, 2 * max(spacing, *(float(each or 0.0) for each in lengths)))
-        raster = self._raster(terrain, settings.domain)
-        if isinstance(raster, Problem):
-            return settings, [raster]
-        domain = self._domain(settings, raster, spacing)
+        at: Path = ("terrain", "elevation")
+        extent = self._files.extent(terrain.elevation, terrain.crs, at)
+        if isinstance(extent, Problem):
+            return settings, [extent]
+        first = extent if self.held is None else self.held.extent
+        if extent.crs != first.crs:
+            wanted = f"expected elevation models in one reference system, {first.crs}"
+            return settings, [Problem(at, f"{wanted}, found {extent.crs} ({terrain.elevation})")]
+        read, problems = self._outlines(settings, extent.crs)
+        asked = settings.domain
+        if asked is None:
+            if problems:
+                return settings, problems
+            try:
+                asked = near(settings, read, first)
+            except ValueError as error:
+                return settings, [Problem(("release",), str(error))]
+        domain = fitted(asked, first, spacing)
         if isinstance(domain, Problem):
             return settings, [domain]
-        settings = settings.model_copy(update={"domain": domain})
+        if (uncovered := beyond(domain, extent)) is not None:
+            return settings, [uncovered]
         (x0, x1), (y0, y1) = domain.x, domain.y
         count, most = settings.points.estimate(x1 - x0, y1 - y0), settings.points.most
         if count > most:
             found = f"expected at most {most:,} points, found {count:.3g}; give a domain or a larger spacing"
             return settings, [Problem(("points", "spacing"), found)]
+        bounds = around(asked, self._reach)
+        raster = self._files.raster(terrain.elevation, terrain.crs, bounds, at)
+        if isinstance(raster, Problem):
+            return settings, [raster]
+        whole = None if settings.domain is not None else Domain(x=first.x, y=first.y)
+        settings = settings.model_copy(update={"domain": domain})
         model = solver_objects.surface(terrain, raster)
-        self._note(raster, model, spacing, domain)
-        problems, read = [], dict(self.held.outlines if self.held else {})
+        self._note(raster, model, spacing, domain, known=whole is None)
         depths = dict(self.held.depths if self.held else {})
+        problems += self._releases(settings, read, model, known=whole is None)
+        problems += self._zones(settings, read, whole or domain)
+        problems += self._erodible(settings, raster, read, depths, whole)
+        problems += self._structures(settings, read, model, problems, searched=whole is not None)
+        before: Mapping[str, ElevationRaster] = {} if self.held is None else self.held.rasters
+        held = {} if self.held is None else self.held.outlines
+        self.held = Ground(
+            rasters={**before, terrain.elevation: raster},
+            extent=first,
+            folder=self.folder,
+            given_crs=terrain.crs,
+            reach=self._reach,
+            outlines={**held, **read},
+            depths=depths,
+        )
+        return settings, problems
+
+    def _outlines(
+        self, settings: Settings, crs: str
+    ) -> tuple[dict[tuple[str, str | None], tuple[Outline, ...]], list[Problem]]:
+        """Read the polygons and lines of settings, and list what is wrong with their files."""
+        read: dict[tuple[str, str | None], tuple[Outline, ...]] = {}
+        problems: list[Problem] = []
+        for path, name, layer, kind in _wanted(settings):
+            held = self._files.outlines(name, layer, crs, path, kind)
+            if isinstance(held, Problem):
+                problems.append(held)
+            else:
+                read[name, layer] = held
+        return read, problems
+
+    def _releases(
+        self, settings: Settings, read: Outlines, model: ElevationModel, *, known: bool
+    ) -> list[Problem]:
+        problems = []
         for i, release in enumerate(settings.releases):
             assert isinstance(release, PolygonsRelease)
             path: Path = ("release", i) if isinstance(settings.release, tuple) else ("release",)
-            held = self._polygons(release.polygons, release.layer, raster.crs, (*path, "polygons"))
-            if isinstance(held, Problem):
-                problems.append(held)
-                continue
-            read[release.polygons, release.layer] = held
-            problems += self._laid(release, held, path, model, settings)
+            held = read.get((release.polygons, release.layer))
+            if held is not None:
+                problems += self._laid(release, held, path, model, settings, known=known)
+        return problems
+
+    def _zones(self, settings: Settings, read: Outlines, domain: Domain) -> list[Problem]:
+        problems = []
         for i, zone in enumerate(settings.zones):
-            path = ("material", "zones", i, "polygon" if zone.raster is None else "raster")
-            if zone.file is None:
+            path: Path = ("material", "zones", i, "polygon" if zone.raster is None else "raster")
+            held = None if zone.file is None else read.get((zone.file, zone.layer))
+            if held is None:
                 continue
-            classes = zone.raster is not None
-            held = self._polygons(zone.file, zone.layer, raster.crs, path, of_raster=classes)
-            if isinstance(held, Problem):
-                problems.append(held)
-                continue
-            read[zone.file, zone.layer] = held
             try:
                 rings = [outline.rings for outline in solver_objects.chosen(zone.picked, held)]
             except ValueError as error:
@@ -147,34 +162,24 @@ class GroundCheck:
                 continue
             if not reaches(rings, domain.x, domain.y):
                 problems.append(Problem(path, f"{OUTSIDE} ({zone.file})", related=(path, ("domain",))))
-        problems += self._erodible(settings, raster, read, depths)
-        problems += self._structures(settings, raster, read, model, problems)
-        self.held = Ground(raster, read, depths)
-        return settings, problems
+        return problems
 
     def _structures(
         self,
         settings: Settings,
-        raster: ElevationRaster,
-        read: dict[tuple[str, str | None], tuple[Outline, ...]],
+        read: Outlines,
         model: ElevationModel,
         before: list[Problem],
+        *,
+        searched: bool,
     ) -> list[Problem]:
-        """Read the files of structures into ``read``, and list what is wrong with structures."""
-        problems = []
-        for i, name, layer in structures.files(settings):
-            structure = settings.structures[i]
-            path: Path = ("structures", i, place_of(structure)[0])
-            held = self._polygons(name, layer, raster.crs, path, lines=structure.kind == "dam")
-            if isinstance(held, Problem):
-                problems.append(held)
-            else:
-                read[name, layer] = held
-        if problems or not settings.structures:
-            return problems
+        """List what is wrong with structures whose files were read."""
+        unread = any((name, layer) not in read for _, name, layer in structures.files(settings))
+        if unread or not settings.structures:
+            return []
         key = settings.structures, settings.domain, id(model)
         if key not in self._judged:
-            self._judged[key] = structures.judge(settings, model, read)
+            self._judged[key] = structures.judge(settings, model, read, searched=searched)
         judged = self._judged[key]
         self.doubts |= judged.doubts
         if judged.problems or before or judged.buildings is None:
@@ -191,7 +196,7 @@ class GroundCheck:
         if not file.exists():
             return Problem(path, f"expected a readable file, found none: {file}")
         try:
-            held = outlines.read_places(file, self.held.raster.crs)
+            held = read_places(file, self.held.crs)
         except OutlineError as error:
             return Problem(path, f"{error} ({name})")
         made = [
@@ -201,7 +206,9 @@ class GroundCheck:
             )
             for each in held
         ]
-        parts = [part_inside(each, settings.bounds) for each in made]
+        extent = self.held.extent
+        bounds = settings.domain or Domain(x=extent.x, y=extent.y)
+        parts = [part_inside(each, bounds) for each in made]
         inside = [each for each, part in zip(made, parts, strict=True) if part > 0]
         if not inside:
             return Problem(path, f"expected places in the domain, found {len(made)} outside ({name})")
@@ -210,46 +217,32 @@ class GroundCheck:
             "stick out of it; the part inside counts": 0.5,
         }
         told = [f"{parts.count(part)} {words}" for words, part in said.items() if part in parts]
+        if settings.domain is None:
+            # told once the domain is found
+            told = []
         if told:
             self.doubts[path] = f"of {len(made)} places of {name} {', '.join(told)}"
         return tuple(inside)
-
-    def _raster(self, terrain: ElevationTerrain, domain: Domain | None) -> ElevationRaster | Problem:
-        return self._read(terrain.elevation, terrain.crs, domain, ("terrain", "elevation"))
-
-    def _read(
-        self, name: str, crs: str | None, domain: Domain | None, path: Path
-    ) -> ElevationRaster | Problem:
-        bounds: tuple[Pair, Pair] | tuple[None, None] = (None, None)
-        if domain is not None:
-            bounds = tuple((low - self._reach, high + self._reach) for low, high in (domain.x, domain.y))  # type: ignore[assignment]
-        key = name, crs, bounds, path
-        if key not in self._rasters:
-            file = self.folder / name
-            if not file.exists():
-                self._rasters[key] = Problem(path, f"expected a readable file, found none: {file}")
-            else:
-                try:
-                    self._rasters[key] = elevation_raster.read(file, crs, *bounds)
-                except ElevationRasterError as error:
-                    self._rasters[key] = Problem(path, f"{error} ({name})")
-        return self._rasters[key]
 
     def _erodible(
         self,
         settings: Settings,
         raster: ElevationRaster,
-        read: dict[tuple[str, str | None], tuple[Outline, ...]],
+        read: Outlines,
         depths: dict[str, ElevationRaster],
+        whole: Domain | None,
     ) -> list[Problem]:
-        """Read the files of an erodible bed, and list what is wrong with them."""
+        """Read the raster of an erodible bed, and list what is wrong with its files.
+
+        whole : the elevation model, in place of a domain that is not known.
+        """
         bed, domain = settings.erodible_bed, settings.bounds
         if bed is None:
             return []
         path: Path = ("erodible_bed",)
         if bed.raster is not None:
             at = (*path, "depth")
-            found = self._read(bed.raster, raster.crs, domain, at)
+            found = self._files.raster(bed.raster, raster.crs, around(domain, self._reach), at)
             if isinstance(found, Problem):
                 return [found]
             if found.crs != raster.crs:
@@ -259,14 +252,18 @@ class GroundCheck:
                 return [Problem(at, f"expected depths of at least 0, found {low:g} ({bed.raster})")]
             depths[bed.raster] = found
         if bed.polygons is not None:
-            held = self._polygons(bed.polygons, bed.layer, raster.crs, (*path, "polygons"))
-            if isinstance(held, Problem):
-                return [held]
-            read[bed.polygons, bed.layer] = held
+            held = read.get((bed.polygons, bed.layer))
+            if held is None:
+                return []
             try:
                 solver_objects.erodible_polygons(bed, held)
             except ValueError as error:
                 return [Problem((*path, "polygons"), f"{error} ({bed.polygons})")]
+            if whole is not None:
+                domain = whole
+                rings = [outline.rings for outline in solver_objects.chosen(bed.name, held)]
+                if reaches(rings, domain.x, domain.y):
+                    return []
             lattice = Lattice(domain.x, domain.y, float(getattr(settings.points, "spacing")))  # noqa: B009
             if not any(
                 polygon_shares(outline.rings, lattice).any()
@@ -277,37 +274,9 @@ class GroundCheck:
                 return [Problem((*path, "polygons"), f"{wanted}, found polygons outside ({bed.polygons})")]
         return []
 
-    def _domain(self, settings: Settings, raster: ElevationRaster, spacing: float) -> Domain | Problem:
-        """Give the domain asked for, or all of the elevation model, in whole cells.
-
-        Where spacings agree its points are the centres of the elevation model's cells.
-        """
-        asked, half, found = settings.domain, raster.spacing / 2, {}
-        alike = abs(spacing - raster.spacing) < SAME * raster.spacing
-        for axis, centres in (("x", raster.x), ("y", raster.y)):
-            first, last = float(centres[0]), float(centres[-1])
-            low, high = (first, last) if asked is None else getattr(asked, axis)
-            if low < first - half - SLIVER * raster.spacing or high > last + half + SLIVER * raster.spacing:
-                covered = f"{axis} from {first - half:.12g} to {last + half:.12g}"
-                wanted = f"expected a domain on the elevation model, which covers {covered} m"
-                return Problem(("domain", axis), f"{wanted}, found [{low:.12g}, {high:.12g}]")
-            if alike:
-                # to the centres within
-                start, stop = (
-                    int(np.ceil((low - first) / spacing - SAME)),
-                    int(np.floor((high - first) / spacing + SAME)),
-                )
-                start, stop = max(start, 0), min(stop, len(centres) - 1)
-                low, high = float(centres[start]), float(centres[max(stop, start)])
-            else:
-                high = low + spacing * np.floor((high - low) / spacing + SAME)
-            if high - low < 3.5 * spacing:
-                message = f"expected 4 cells or more along {axis}, found {high - low:g} m at {spacing:g} m"
-                return Problem(("domain", axis) if asked else ("points", "spacing"), message)
-            found[axis] = float(f"{low:.12g}"), float(f"{high:.12g}")
-        return Domain(**found)
-
-    def _note(self, raster: ElevationRaster, model: ElevationModel, spacing: float, domain: Domain) -> None:
+    def _note(
+        self, raster: ElevationRaster, model: ElevationModel, spacing: float, domain: Domain, *, known: bool
+    ) -> None:
         """Remember what is doubtful of an elevation model and a spacing."""
         terrain: Path = ("terrain", "elevation")
         if raster.spacing > FINER * spacing * (1 + SAME):
@@ -315,7 +284,7 @@ class GroundCheck:
                 f"{spacing:g} m is more than {FINER:g} times finer than the elevation model of "
                 f"{raster.spacing:g} m, which shows nothing more of the ground"
             )
-        if terrain in self.doubts:
+        if terrain in self.doubts or not known:
             return
         lattice = Lattice(domain.x, domain.y, spacing)
         said = []
@@ -330,33 +299,6 @@ class GroundCheck:
         if said:
             self.doubts[terrain] = "; ".join(said)
 
-    def _polygons(
-        self,
-        name: str,
-        layer: str | None,
-        crs: str,
-        path: Path,
-        *,
-        of_raster: bool = False,
-        lines: bool = False,
-    ) -> tuple[Outline, ...] | Problem:
-        """Read the polygons of a file, those of the classes of a raster, or its lines."""
-        key = name, layer, crs, lines
-        if key not in self._outlines:
-            file = self.folder / name
-            if not file.exists():
-                self._outlines[key] = Problem(path, f"expected a readable file, found none: {file}")
-            else:
-                try:
-                    if of_raster:
-                        self._outlines[key] = outlines.read_classes(file, crs)
-                    else:
-                        read = outlines.read_lines if lines else outlines.read
-                        self._outlines[key] = read(file, crs, layer)
-                except OutlineError as error:
-                    self._outlines[key] = Problem(path, f"{error} ({name})")
-        return self._outlines[key]
-
     def _laid(
         self,
         release: PolygonsRelease,
@@ -364,8 +306,13 @@ class GroundCheck:
         path: Path,
         model: ElevationModel,
         settings: Settings,
+        *,
+        known: bool,
     ) -> list[Problem]:
-        """List what is wrong with the polygons of a release on the lattice."""
+        """List what is wrong with the polygons of a release on the lattice.
+
+        known : whether the domain is that of the run.
+        """
         try:
             solver_objects.polygon_releases(release, held)
         except ValueError as error:
@@ -382,27 +329,42 @@ class GroundCheck:
                 continue
             key = id(outline), id(model), lattice
             if key not in self._inside:
-                known = ~model.gaps(lattice.x_points, lattice.y_points)
-                self._inside[key] = float((polygon_shares(outline.rings, lattice) * known).sum())
+                held_data = ~model.gaps(lattice.x_points, lattice.y_points)
+                self._inside[key] = float((polygon_shares(outline.rings, lattice) * held_data).sum())
             inside = self._inside[key] * spacing**2 / size
             if inside <= SLIVER:
                 bounds = "x [{:.12g}, {:.12g}] and y [{:.12g}, {:.12g}]".format(*domain.x, *domain.y)
-                wanted = f"expected a release in the domain, {bounds}, where there is data"
+                place = f"in the domain, {bounds}" if known else "on the elevation model"
+                wanted = f"expected a release {place}, where there is data"
                 problems.append(
                     Problem(path, f"{wanted}, found {where} outside", related=(path, ("domain",)))
                 )
             elif inside < 1 - SLIVER:
-                lost = f"{100 * (1 - inside):.2g} % of {where} lie outside the domain or on no data"
+                ends = "the domain" if known else "the elevation model"
+                lost = f"{100 * (1 - inside):.2g} % of {where} lie outside {ends} or on no data"
                 self.doubts[path] = f"{lost} and are lost"
         return problems
 
 
-def of_run(settings: Settings, outlines: Mapping[tuple[str, str | None], tuple[Outline, ...]]) -> Outlines:
-    """Pick what releases, zones, erodible bed and structures of a run are made of, by file and layer."""
-    wanted = [(each.polygons, each.layer) for each in settings.releases if isinstance(each, PolygonsRelease)]
-    wanted += [(zone.file, zone.layer) for zone in settings.zones if zone.file is not None]
+def _wanted(settings: Settings) -> Iterator[tuple[Path, str, str | None, Any]]:
+    """List files of outlines: the key that names each, its name, its layer, and what it holds."""
+    for i, release in enumerate(settings.releases):
+        assert isinstance(release, PolygonsRelease)
+        path: Path = ("release", i) if isinstance(settings.release, tuple) else ("release",)
+        yield (*path, "polygons"), release.polygons, release.layer, "polygons"
+    for i, zone in enumerate(settings.zones):
+        if zone.file is not None:
+            kind, key = ("polygons", "polygon") if zone.raster is None else ("classes", "raster")
+            yield ("material", "zones", i, key), zone.file, zone.layer, kind
     bed = settings.erodible_bed
     if bed is not None and bed.polygons is not None:
-        wanted.append((bed.polygons, bed.layer))
-    wanted += [(name, layer) for _, name, layer in structures.files(settings)]
-    return {key: outlines[key] for key in dict.fromkeys(wanted)}
+        yield ("erodible_bed", "polygons"), bed.polygons, bed.layer, "polygons"
+    for i, name, layer in structures.files(settings):
+        structure = settings.structures[i]
+        kind = "lines" if structure.kind == "dam" else "polygons"
+        yield ("structures", i, place_of(structure)[0]), name, layer, kind
+
+
+def of_run(settings: Settings, outlines: Outlines) -> Outlines:
+    """Pick what releases, zones, erodible bed and structures of a run are made of, by file and layer."""
+    return {(name, layer): outlines[name, layer] for _, name, layer, _ in _wanted(settings)}

@@ -1,4 +1,4 @@
-"""Places on the map and on the bed: receptors and releases of scenarios with a georeference."""
+"""Places on the map and on the bed: receptors and releases, and what a domain has to hold."""
 
 from __future__ import annotations
 
@@ -8,14 +8,21 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from pipeline.inputs.elevation_raster import RasterExtent
+from pipeline.inputs.ground import clipped
+from pipeline.scenario import solver_objects, structures
+from pipeline.scenario.solver_objects import Outlines
 from pipeline.settings.hazard import Georeference
 from pipeline.settings.receptor import Receptor
 from pipeline.settings.section import Pair
 from pipeline.settings.settings import Domain, Settings
+from pipeline.settings.surface import PolygonsRelease
 from solver.physics.terrain import SlopeProfile
 
 Array = NDArray[np.float64]
 
+# cells around what a scenario has to hold that are looked at as long as its domain is not known
+CELLS_AROUND = 10
 # halvings of an interval that leave nothing but round-off
 _HALVINGS = 100
 # digits of places on the bed, m: the same scenario on another machine has the same ones
@@ -70,6 +77,46 @@ def receptors_on_bed(settings: Settings, slope: SlopeProfile) -> tuple[Receptor,
             kind = "line" if each.line is not None else "polygon"
             found.append(each.model_copy(update={kind: places}))
     return tuple(found)
+
+
+def corners_to_hold(settings: Settings, outlines: Outlines) -> NDArray[np.float64]:
+    """Corners of what a domain has to hold, (n, 2), m: releases, inflows, sections, dams and basins.
+
+    Raises
+    ------
+    ValueError
+        If a layer has no polygon of the name asked for.
+    """
+    corners = [
+        ring
+        for release in settings.releases
+        if isinstance(release, PolygonsRelease)
+        for outline in solver_objects.chosen(release.name, outlines[release.polygons, release.layer])
+        for ring in outline.rings
+    ]
+    corners += [np.array(each.section) for each in settings.inflow]
+    corners += [np.array(each.line) for each in settings.sections]
+    for structure in settings.structures:
+        if structure.kind != "building":
+            corners += [ring for each in structures.parts(structure, outlines) for ring in each.rings]
+    return np.concatenate(corners)
+
+
+def near(settings: Settings, outlines: Outlines, extent: RasterExtent) -> Domain:
+    """Give a domain around the places of settings that has none, on the elevation model.
+
+    Raises
+    ------
+    ValueError
+        If a layer has no polygon of the name asked for.
+    """
+    corners = corners_to_hold(settings, outlines)
+    (x0, y0), (x1, y1) = corners.min(axis=0), corners.max(axis=0)
+    spacing = max(extent.spacing, float(getattr(settings.points, "spacing")))  # noqa: B009
+    margin = max(CELLS_AROUND * spacing, 0.5 * float(max(x1 - x0, y1 - y0)))
+    return clipped(
+        Domain(x=(float(x0 - margin), float(x1 + margin)), y=(float(y0 - margin), float(y1 + margin))), extent
+    )
 
 
 def part_inside(receptor: Receptor, domain: Domain) -> float:

@@ -14,17 +14,18 @@ import yaml
 from pydantic import TypeAdapter
 
 from pipeline.inputs.elevation_table import ElevationTable
+from pipeline.inputs.ground import Ground
 from pipeline.inputs.hydrograph_table import HydrographTable
 from pipeline.inputs.point_file import PointFile
 from pipeline.mistakes import BadInput, Mistake, describe
 from pipeline.scenario import checks
 from pipeline.scenario.design import draw
-from pipeline.scenario.ground import Ground
 from pipeline.scenario.levels import split
+from pipeline.scenario.places import part_inside
 from pipeline.scenario.schema_errors import check
 from pipeline.scenario.strict_yaml import Document, parse
 from pipeline.settings.receptor import Receptor
-from pipeline.settings.settings import OF_ALL_RUNS, Settings, json_schema
+from pipeline.settings.settings import OF_ALL_RUNS, Domain, Settings, json_schema
 
 # What says nothing of a run's values: words, limits of its cost, and what its values are used for.
 IRRELEVANT: Any = {
@@ -65,7 +66,8 @@ class Scenario:
     points : PointFile, optional
         What a file of points holds.
     ground : Ground, optional
-        Elevation model and polygons of a scenario on one, which has a domain then.
+        Elevation models and polygons of a scenario on them; those near its releases as long as it has no
+        domain.
     hydrographs : mapping of str to HydrographTable
         Those of files, by the name the settings give them.
     warnings : tuple of str
@@ -88,6 +90,28 @@ class Scenario:
     def name(self) -> str:
         """Name of the scenario, which is that of its store."""
         return self.settings.name
+
+    def within(self, domain: Domain) -> Scenario:
+        """Give the scenario with a domain that was found.
+
+        Of places from a file those outside are left out. What decides its results is the part of the
+        elevation model around the domain.
+
+        Raises
+        ------
+        ElevationRasterError
+            If an elevation model is no longer what it was, or holds nothing there.
+        """
+        settings = self.settings.model_copy(update={"domain": domain})
+        if self.ground is None:
+            return replace(self, settings=settings)
+        if isinstance(self.data.get("receptors"), str):
+            inside = tuple(each for each in settings.places if part_inside(each, domain) > 0)
+            settings = settings.model_copy(update={"receptors": inside})
+        ground = self.ground.within(domain)
+        content = json.dumps({**json.loads(self.content), "map_files": ground.digests})
+        digest = hashlib.sha256(content.encode()).hexdigest()
+        return replace(self, settings=settings, ground=ground, content=content, digest=digest)
 
 
 def load(sources: Iterable[str | Path | Mapping[str, Any]]) -> list[Scenario]:

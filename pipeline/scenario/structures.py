@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -74,15 +74,18 @@ def earthworks(settings: Settings, outlines: Outlines | None) -> list[Dam | Basi
 
 
 def ground(
-    settings: Settings, raster: ElevationRaster | None, outlines: Outlines | None
+    settings: Settings, rasters: Mapping[str, ElevationRaster], outlines: Outlines | None
 ) -> ElevationModel | None:
     """Make the surface of a run with its dams and basins; None on a profile.
+
+    rasters : elevation models by file.
 
     Raises
     ------
     ValueError
         If the ground is about as steep as the sides of a dam.
     """
+    raster = rasters.get(getattr(settings.terrain, "elevation", ""))
     if raster is None:
         return None
     natural = solver_objects.surface(settings.terrain, raster)
@@ -122,7 +125,13 @@ class Judged:
     doubts: dict[Path, str]
 
 
-def judge(settings: Settings, natural: ElevationModel | None, outlines: Outlines | None) -> Judged:
+def judge(
+    settings: Settings,
+    natural: ElevationModel | None,
+    outlines: Outlines | None,
+    *,
+    searched: bool = False,
+) -> Judged:
     """Say what is wrong with structures whose files were read, and what to warn of.
 
     Parameters
@@ -133,6 +142,8 @@ def judge(settings: Settings, natural: ElevationModel | None, outlines: Outlines
         The ground without them; None on a profile.
     outlines : mapping
         What the files hold.
+    searched : bool
+        Whether the domain is still to be found; what is outside of it may be inside then.
     """
     lattice = Lattice(settings.bounds.x, settings.bounds.y, float(getattr(settings.points, "spacing")))  # noqa: B009
     problems: list[Problem] = []
@@ -146,6 +157,10 @@ def judge(settings: Settings, natural: ElevationModel | None, outlines: Outlines
             problems.append(Problem(("structures", i, "name"), str(error), related=(path,)))
             continue
         outside = [each.name for each in held if not _comes_in(each, lattice)]
+        if searched and outside:
+            held, outside = [each for each in held if each.name not in outside], []
+            if not held:
+                continue
         if len(outside) == len(held):
             bounds = "x [{:.12g}, {:.12g}] and y [{:.12g}, {:.12g}]".format(
                 *settings.bounds.x, *settings.bounds.y

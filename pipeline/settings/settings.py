@@ -205,7 +205,7 @@ class Settings(Section):
     terrain: AnyTerrain = key("shape of the bed")
     domain: Domain | None = key(
         "bounds of the points; of eastings and northings on an elevation model. Default: as far as the flow "
-        "of any run comes, found by runs on wider spacing; the whole of an elevation model",
+        "of any run comes, found by runs on wider spacing",
         default=None,
     )
     points: Points = key("layout of the points")
@@ -349,7 +349,7 @@ class Settings(Section):
         if self.points.spacing != closest:
             found = f"expected that of the last level, {closest:g}, found {self.points.spacing:g}"
             raise relation(found, "points.spacing", "sample.levels")
-        if self.domain is None and not self.on_surface:
+        if self.domain is None:
             raise relation("expected a domain, which all levels share", "domain", "sample.levels")
         if self.output.threshold is None:
             raise relation("expected a depth, which all levels share", "output.threshold", "sample.levels")

@@ -3,6 +3,7 @@
 import json
 
 import numpy as np
+import pandas as pd
 import pyogrio
 import pytest
 import rasterio
@@ -11,6 +12,7 @@ import shapely
 import xarray as xr
 from elevation_files import (
     COLUMNS,
+    DOMAIN,
     NORTH,
     ROWS,
     SIDE,
@@ -187,13 +189,61 @@ def test_what_comes_to_no_data_has_left_and_scenarios_are_laid_over_each_other(f
     assert maps["all scenarios"].attrs["crs"] == "EPSG:2056"
 
 
-def test_what_is_not_supported_of_results_is_refused_in_one_line(place, folder):
-    with pytest.raises(
-        ValueError, match="small: expected runs on a slope profile, found some on an elevation"
-    ):
-        pipeline.calibrate(place / "small.zarr", folder / "releases.gpkg")
-    with pytest.raises(FileNotFoundError, match="holds no store on a slope profile"):
-        draw(place, folder / "figures")
+class TestCalibration:
+    """The deposit of one of the runs as if it had been observed."""
+
+    @pytest.fixture(scope="class")
+    def observed(self, place, tmp_path_factory):
+        folder = tmp_path_factory.mktemp("observed")
+        with xr.open_zarr(place / "small.zarr", consolidated=False) as store:
+            deposit = store["deposit_depth"].isel(run=2).astype(float).load()
+        cells = [
+            shapely.box(x, y, x + SIDE, y + SIDE)
+            for y, x in np.argwhere(deposit.to_numpy() > 0.05) * SIDE + (NORTH - SIDE * ROWS, WEST)
+        ]
+        whole = np.array([shapely.to_wkb(shapely.union_all(cells))], dtype=object)
+        pyogrio.raw.write(
+            folder / "outline.gpkg", whole, [np.array(["seen"], dtype=object)], ["name"], crs="EPSG:2056",
+            geometry_type="MultiPolygon" if shapely.union_all(cells).geom_type != "Polygon" else "Polygon",
+        )  # fmt: skip
+        write_raster(folder / "depth.tif", deposit.to_numpy()[::-1])
+        deposit.rename("depth").drop_vars([c for c in deposit.coords if c not in ("x", "y")]).to_netcdf(
+            folder / "depth.nc"
+        )
+        return folder
+
+    @pytest.mark.parametrize("name", ["outline.gpkg", "depth.tif", "depth.nc"])
+    def test_finds_the_run_again(self, place, observed, name):
+        scores = pipeline.calibrate(place / "small.zarr", observed / name)["scores"].set_index("run")
+        assert scores.index[0] == 2
+        assert scores.loc[2, "critical_success_index"] == 1
+        assert scores.loc[2, "runout_misfit"] == 0
+        # less volume with much the same friction stops higher up
+        assert scores.loc[0, "runout_misfit"] < 0
+        assert scores.loc[0, "critical_success_index"] < 1
+        if name != "outline.gpkg":
+            assert abs(scores.loc[2, "volume_misfit"]) < 1e-6
+            assert scores.loc[0, "volume_misfit"] < -0.3
+
+    def test_a_deposit_elsewhere_is_refused(self, place, folder):
+        write_polygons(folder / "far.gpkg", {"seen": (5000, -100, 5050, -50)})
+        with pytest.raises(ValueError, match="is outside the domain of small"):
+            pipeline.calibrate(place / "small.zarr", folder / "far.gpkg")
+
+
+def test_runs_are_compared_in_figures(place, tmp_path):
+    names = {path.name for path in draw(place, tmp_path)}
+    assert {"terrain.png", "depth-small-0.png", "volume-error.png", "comparison.csv"} <= names
+    assert not {"profile.png", "points.png"} & names
+    table = pd.read_csv(tmp_path / "comparison.csv")
+    assert (table["volume_error"].abs() < 1e-6).all()
+    with xr.open_zarr(place / "small.zarr", consolidated=False) as store:
+        frame = store.isel(time=-1)
+        body = frame["depth"] > 0.05
+        np.testing.assert_allclose(table["body_area"], SIDE**2 * body.sum(("y", "x")))
+        np.testing.assert_allclose(
+            table["lowest_elevation"], frame["elevation"].where(body).min(("y", "x")), rtol=1e-12
+        )
 
 
 def test_depth_and_the_curvature_length_can_be_varied(folder):
@@ -238,8 +288,8 @@ def test_the_hash_of_both_files_is_part_of_a_scenario(folder):
 
 
 def test_a_domain_is_moved_on_to_the_cells(folder):
-    wanted = f"domain: {{x: [{WEST + 1}, {WEST + 203}], y: [{NORTH - 180}, {NORTH - 20}]}}\npoints"
-    domain = load([written(folder, TEXT, ("points", wanted))])[0].settings.domain
+    wanted = f"domain: {{x: [{WEST + 1}, {WEST + 203}], y: [{NORTH - 180}, {NORTH - 20}]}}"
+    domain = load([written(folder, TEXT, (DOMAIN, wanted))])[0].settings.domain
     assert domain.x == (WEST + 2.5, WEST + 202.5)
     assert domain.y == (NORTH - 177.5, NORTH - 22.5)
 
@@ -296,19 +346,29 @@ class TestMistakes:
         assert "an attribute depth of each polygon above 0, found 'slide'" in refused(folder)
 
     def test_a_domain_beyond_the_elevation_model(self, folder):
-        wanted = f"domain: {{x: [{WEST - 50}, {WEST + 200}], y: [{NORTH - 180}, {NORTH - 20}]}}\npoints"
+        wanted = f"domain: {{x: [{WEST - 50}, {WEST + 200}], y: [{NORTH - 180}, {NORTH - 20}]}}"
         assert "expected a domain on the elevation model, which covers x from 2600000" in refused(
-            folder, ("points", wanted)
+            folder, (DOMAIN, wanted)
         )
 
     def test_a_fine_spacing_is_warned_of(self, folder):
         warnings = load([written(folder, TEXT, ("spacing: 5", "spacing: 1"))])[0].warnings
         assert "more than 4 times finer than the elevation model of 5 m" in "\n".join(warnings)
 
-    def test_several_elevation_models(self, folder):
+    def test_elevation_models_in_several_reference_systems(self, folder):
         swept = ("time:", "sweep: {terrain.elevation: [dem.tif, dem2.tif]}\ntime:")
-        write_raster(folder / "dem2.tif", ground())
-        assert "expected one elevation model for all runs" in refused(folder, swept)
+        write_raster(folder / "dem2.tif", ground(), crs="EPSG:32632")
+        line = refused(folder, swept)
+        assert (
+            "expected elevation models in one reference system, EPSG:2056, found EPSG:32632 (dem2.tif)"
+            in line
+        )
+        assert line.split(": ")[1] == "sweep.terrain.elevation.1"
+
+    def test_an_elevation_model_of_a_sweep_that_does_not_cover_the_domain(self, folder):
+        swept = ("time:", "sweep: {terrain.elevation: [dem.tif, dem2.tif]}\ntime:")
+        write_raster(folder / "dem2.tif", ground()[:, :50])
+        assert "expected a domain on the elevation model, which covers x from" in refused(folder, swept)
 
     @pytest.mark.parametrize(
         ("change", "words"),

@@ -8,14 +8,16 @@ from rasterio.transform import from_origin
 
 WEST, NORTH, SIDE = 2_600_000.0, 1_200_400.0, 5.0
 ROWS, COLUMNS = 40, 60
-TEXT = """\
+DOMAIN = f"domain: {{x: [{WEST + 2.5}, {WEST + 297.5}], y: [{NORTH - 197.5}, {NORTH - 2.5}]}}"
+TEXT = f"""\
 name: small
-terrain: {elevation: dem.tif, curvature_length: 20}
-points: {spacing: 5}
-release: {polygons: releases.gpkg, name: slide}
-material: {bed_friction: 16, earth_pressure: isotropic}
-output: {threshold: 0.05}
-time: {end: 60}
+terrain: {{elevation: dem.tif, curvature_length: 20}}
+{DOMAIN}
+points: {{spacing: 5}}
+release: {{polygons: releases.gpkg, name: slide}}
+material: {{bed_friction: 16, earth_pressure: isotropic}}
+output: {{threshold: 0.05}}
+time: {{end: 60}}
 """
 
 

@@ -1,0 +1,147 @@
+"""What the files of a scenario on elevation models hold, and the domains that fit an elevation model."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pipeline.inputs import elevation_raster
+from pipeline.inputs.elevation_raster import ElevationRaster, RasterExtent
+from pipeline.inputs.outlines import Outline
+from pipeline.mistakes import Problem
+from pipeline.settings.section import Pair
+from pipeline.settings.settings import Domain
+from solver.physics.elevation import SAME
+
+# of a cell
+SLIVER = 1e-9
+LEAST_CELLS = 4
+
+
+@dataclass(frozen=True, eq=False)
+class Ground:
+    """What the files of a scenario on elevation models hold.
+
+    rasters : elevation models by file, around the domain; the first is that of the scenario itself, the
+    others those of runs. outlines : polygons, and lines of dams, by file and layer. depths : rasters of
+    erodible depth by file. extent : of the whole first elevation model. folder : that names of files are
+    relative to. given_crs : reference system of elevation models that have none. reach : how far beyond the
+    domain elevations are averaged from, m.
+    """
+
+    rasters: Mapping[str, ElevationRaster]
+    extent: RasterExtent
+    folder: Path
+    given_crs: str | None = None
+    reach: float = 0.0
+    outlines: Mapping[tuple[str, str | None], tuple[Outline, ...]] = field(default_factory=dict)
+    depths: Mapping[str, ElevationRaster] = field(default_factory=dict)
+
+    @property
+    def crs(self) -> str:
+        """Reference system of all of it."""
+        return self.extent.crs
+
+    @property
+    def digests(self) -> dict[str, Any]:
+        """Hashes of all of it that decides a run, by name of file."""
+        found = {
+            " ".join(filter(None, name)): _digest(held)
+            for name, held in sorted(self.outlines.items(), key=str)
+        }
+        elevations = {name: raster.digest for name, raster in sorted(self.rasters.items())}
+        depths = {name: raster.digest for name, raster in sorted(self.depths.items())}
+        one = next(iter(elevations.values())) if len(elevations) == 1 else elevations
+        return {"elevation": one, "polygons": found, **({"erodible_depth": depths} if depths else {})}
+
+    def within(self, domain: Domain, reach: float = 0.0) -> Ground:
+        """Read the rasters around another domain.
+
+        Parameters
+        ----------
+        domain : Domain
+            The other domain.
+        reach : float
+            How far beyond it elevations are needed at least, m.
+
+        Raises
+        ------
+        ElevationRasterError
+            If a file is no longer what it was, or holds nothing there.
+        """
+        bounds = around(domain, max(reach, self.reach))
+
+        def read(name: str, crs: str | None) -> ElevationRaster:
+            return elevation_raster.read(self.folder / name, crs, *bounds)
+
+        return replace(
+            self,
+            rasters={name: read(name, self.given_crs) for name in self.rasters},
+            depths={name: read(name, self.crs) for name in self.depths},
+        )
+
+
+def _digest(held: tuple[Outline, ...]) -> str:
+    text = "".join(f"{each.name}|{each.attributes.get('depth')}|{each.digest}\n" for each in held)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def around(domain: Domain, reach: float) -> tuple[Pair, Pair]:
+    """Bounds along x and y of a domain and as much around it, m."""
+    (x0, x1), (y0, y1) = domain.x, domain.y
+    return (x0 - reach, x1 + reach), (y0 - reach, y1 + reach)
+
+
+def clipped(domain: Domain, extent: RasterExtent) -> Domain:
+    """Give the part of a domain on an elevation model; a sliver of it where there is none."""
+    sides = []
+    for (low, high), (first, last) in zip((domain.x, domain.y), (extent.x, extent.y), strict=True):
+        start = min(max(low, first), last - LEAST_CELLS * extent.spacing)
+        sides.append((start, max(min(high, last), start + LEAST_CELLS * extent.spacing)))
+    return Domain(x=sides[0], y=sides[1])
+
+
+def beyond(domain: Domain, extent: RasterExtent) -> Problem | None:
+    """Say that a domain goes beyond an elevation model, if it does."""
+    for axis, (west, east) in zip("xy", extent.edges, strict=True):
+        low, high = getattr(domain, axis)
+        if low < west - SLIVER * extent.spacing or high > east + SLIVER * extent.spacing:
+            wanted = f"expected a domain on the elevation model, which covers {axis} from {west:.12g} to"
+            return Problem(
+                ("domain", axis), f"{wanted} {east:.12g} m, found [{low:.12g}, {high:.12g}]",
+                related=(("domain", axis), ("terrain", "elevation")),
+            )  # fmt: skip
+    return None
+
+
+def fitted(asked: Domain | None, extent: RasterExtent, spacing: float) -> Domain | Problem:
+    """Give the domain asked for, or all of an elevation model, in whole cells.
+
+    Where spacings agree its points are the centres of the elevation model's cells.
+    """
+    if asked is not None and (wrong := beyond(asked, extent)) is not None:
+        return wrong
+    found = {}
+    alike = abs(spacing - extent.spacing) < SAME * extent.spacing
+    for axis, (first, last) in zip("xy", (extent.x, extent.y), strict=True):
+        low, high = (first, last) if asked is None else getattr(asked, axis)
+        if alike:
+            # to the centres within
+            count = round((last - first) / extent.spacing)
+            start = max(int(np.ceil((low - first) / spacing - SAME)), 0)
+            stop = min(int(np.floor((high - first) / spacing + SAME)), count)
+            step = (last - first) / count
+            low, high = first + step * start, first + step * max(stop, start)
+        else:
+            high = low + spacing * np.floor((high - low) / spacing + SAME)
+        if high - low < (LEAST_CELLS - 0.5) * spacing:
+            found_here = f"found {high - low:g} m at {spacing:g} m"
+            message = f"expected {LEAST_CELLS} cells or more along {axis}, {found_here}"
+            return Problem(("domain", axis) if asked else ("points", "spacing"), message)
+        found[axis] = float(f"{low:.12g}"), float(f"{high:.12g}")
+    return Domain(**found)

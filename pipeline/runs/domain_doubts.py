@@ -1,0 +1,59 @@
+"""What is to be known of a domain that was found: where it ends too early, and what lies outside."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from pipeline.runs.profile_ends import beyond
+from pipeline.runs.runs import Runs
+from pipeline.scenario import solver_objects
+from pipeline.scenario.places import part_inside
+from pipeline.scenario.scenario import Scenario
+from pipeline.settings.section import Pair
+from pipeline.settings.settings import Domain
+
+
+def shared_cells(scenario: Scenario, found: Domain) -> Iterator[str]:
+    """Say that a domain is larger than the one found for the scenario itself."""
+    domain = scenario.settings.bounds
+    if domain != found:
+        yield f"domain x {list(domain.x)}, y {list(domain.y)} m, so that scenarios lie on the same cells"
+
+
+def gaps_of(scenario: Scenario) -> Iterator[str]:
+    """Say how much of a domain on an elevation model has no data."""
+    if scenario.ground is None:
+        return
+    raster, domain = next(iter(scenario.ground.rasters.values())), scenario.settings.bounds
+    sides = ((raster.y, domain.y), (raster.x, domain.x))
+    inside = np.ix_(*((low <= places) & (places <= high) for places, (low, high) in sides))
+    gaps = float(np.isnan(raster.elevation[inside]).mean())
+    if gaps > 0:
+        yield f"{100 * gaps:.2g} % of the domain have no data; what flows there has left"
+
+
+def doubts(scenario: Scenario, runs: Runs, flow: Pair, domain: Domain) -> Iterator[str]:
+    """Say what of a domain that was found is to be known: an end of the profile in it, receptors outside.
+
+    flow : bounds along x of the flow of all runs, m.
+    """
+    if scenario.ground is None:
+        yield from _beyond_profile(scenario, runs, flow)
+    receptors, name = scenario.settings.places, scenario.data.get("receptors")
+    outside = [each.name for each in receptors if part_inside(each, domain) == 0]
+    if outside and isinstance(name, str):
+        yield f"{len(outside)} of {len(receptors)} places of {name} lie where no flow comes, and are left out"
+    elif outside:
+        names = "all receptors" if len(outside) == len(receptors) > 1 else ", ".join(outside)
+        yield f"outside of the domain, where no flow comes: {names}"
+
+
+def _beyond_profile(scenario: Scenario, runs: Runs, flow: Pair) -> Iterator[str]:
+    """Say that flows go beyond the ends of a profile."""
+    profiles = {
+        solver_objects.slope(run.settings.terrain, run.table)
+        for run in (runs if any(key.startswith("terrain") for key in scenario.settings.varied) else runs[:1])
+    }
+    yield from filter(None, dict.fromkeys(beyond(profile, flow) for profile in profiles))
