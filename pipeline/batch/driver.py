@@ -24,7 +24,7 @@ from pipeline.batch.progress import Progress, shown, stages
 from pipeline.batch.scheduling import Ending, Todo, execute, execute_here, pending
 from pipeline.batch.task import Solve
 from pipeline.errors import ChangedError as ChangedError
-from pipeline.runs import profile_ends
+from pipeline.runs import profile_ends, surface_summary
 from pipeline.runs.domain_search import on_known_domain, settled, settled_together
 from pipeline.runs.duplicates import copies
 from pipeline.runs.runs import Runs, expand, share
@@ -166,7 +166,8 @@ def complete(
     except OSError as error:
         ending.trouble = ending.trouble or str(error)
     for name, rows in whole.groupby("scenario", sort=False):
-        if note := profile_ends.note(profile_ends.count(rows["warning"])):
+        told = rows["warning"]
+        if note := profile_ends.note(profile_ends.count(told)) + surface_summary.note(told):
             console.print(f"{name}: {len(rows):,} runs{note}", highlight=False)
     counts: Counter[Status] = Counter()
     for scenario in scenarios:

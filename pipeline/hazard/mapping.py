@@ -35,7 +35,7 @@ from pipeline.hazard import intensity
 from pipeline.hazard.layers import EARLIEST
 from pipeline.hazard.release_outlines import release_outlines
 from pipeline.inputs.reference_system import cf_attributes
-from pipeline.runs import profile_ends
+from pipeline.runs import profile_ends, surface_summary
 from pipeline.scenario.scenario import stored
 from pipeline.settings.hazard import Hazard
 from pipeline.settings.settings import Settings
@@ -301,7 +301,7 @@ def of_place(
     asked: dict[str, Hazard] = {}
     said: dict[str, dict[str, str]] = {}
     releases: dict[str, list[Any]] = {}
-    beyond = 0
+    warnings: list[object] = []
     for path in store_paths(out):
         store = open_store(path)
         name = str(store.attrs["title"])
@@ -309,11 +309,12 @@ def of_place(
         asked[name] = settings.hazard.model_copy(update=dict(thresholds))
         said[name] = about(store, settings)
         held[name] = ensemble(store, spacing)
-        beyond += (count := profile_ends.count(store["warning"].to_numpy()))
+        warned = store["warning"].to_numpy().tolist()
+        warnings += warned
         releases[name] = release_outlines(store, spacing)
         _log.info("maps of %s", name)
         found = map_hazard(held[name], asked[name])
-        found.attrs["comment"] += profile_ends.note(count) + _level(settings)
+        found.attrs["comment"] += _note(warned) + _level(settings)
         said[name]["releases"] = json.dumps(releases[name])
         yield name, found.assign_attrs(title=name, **said[name])
     if len(held) > 1:
@@ -325,7 +326,7 @@ def of_place(
             if any(said[other].get(key) != said[first].get(key) for key in LAID):
                 raise NotTogetherError(f"{first} and {other} differ in their georeference")
         found = map_hazard(runs, asked[first])
-        found.attrs["comment"] += profile_ends.note(beyond)
+        found.attrs["comment"] += _note(warnings)
         where = {key: said[first][key] for key in LAID if key in said[first]}
         where["releases"] = json.dumps([ring for rings in releases.values() for ring in rings])
         # receptors of one scenario need not be those of another
@@ -348,6 +349,11 @@ def read(path: Path) -> xr.Dataset:
         if "_FillValue" in values.attrs:
             values.encoding["_FillValue"] = values.attrs.pop("_FillValue")
     return found
+
+
+def _note(warnings: Sequence[object]) -> str:
+    """Say in how many runs the flow came where the ground is not known or not shown, by their warnings."""
+    return profile_ends.note(profile_ends.count(warnings)) + surface_summary.note(warnings)
 
 
 def _level(settings: Settings) -> str:

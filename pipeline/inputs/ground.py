@@ -87,8 +87,12 @@ class Ground:
 
 
 def _digest(held: tuple[Outline, ...]) -> str:
-    text = "".join(f"{each.name}|{each.attributes.get('depth')}|{each.digest}\n" for each in held)
-    return hashlib.sha256(text.encode()).hexdigest()
+    lines = []
+    for each in held:
+        depth, volume = (each.attributes.get(name) for name in ("depth", "volume"))
+        # what has no volume has the hash that it had before there were any
+        lines.append(f"{each.name}|{depth}|{'' if volume is None else f'{volume}|'}{each.digest}\n")
+    return hashlib.sha256("".join(lines).encode()).hexdigest()
 
 
 def around(domain: Domain, reach: float) -> tuple[Pair, Pair]:

@@ -14,10 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.runs import ending, profile_ends
+from pipeline.runs import ending, profile_ends, surface_summary
 from pipeline.runs.scene_of_run import Prepared
 from pipeline.runs.summary import summarise
-from pipeline.runs.surface_summary import summarise_on_surface
 from pipeline.store.variables import FIELDS, SERIES, Status
 from solver.checks.plausibility import doubts
 from solver.physics.elevation import ElevationModel, edges_of, lifted_area
@@ -49,7 +48,12 @@ def stored(
 
 def implausible(prepared: Prepared, result: Result) -> list[str]:
     """Say what is not plausible in a result, as warnings."""
-    return [*doubts(prepared.scene, result), *profile_ends.warning(prepared, result.max_depth)]
+    found = [*doubts(prepared.scene, result), *profile_ends.warning(prepared, result.max_depth)]
+    if isinstance(prepared.terrain, ElevationModel):
+        found += surface_summary.narrow_channels(
+            prepared, profile_values(prepared)["elevation"], result.max_depth
+        )
+    return found
 
 
 def profile_values(prepared: Prepared) -> dict[str, NDArray[np.float64]]:
@@ -139,8 +143,12 @@ def _row(prepared: Prepared, result: Result, max_wall: float | None) -> dict[str
     if result.erosion_depth is not None:
         row["erosion_max_depth"] = float(result.erosion_depth.max())
     points = prepared.scene.points
-    if "area" in profile and isinstance(points, Lattice):
-        return row | summarise_on_surface(
+    if isinstance(prepared.terrain, ElevationModel) and isinstance(points, Lattice):
+        reached = result.max_depth > prepared.threshold
+        row["lifted_share"] = surface_summary.lifted_share(
+            prepared.terrain, points, reached, result.max_speed, prepared.scene.gravity
+        )
+        return row | surface_summary.summarise_on_surface(
             points,
             profile["elevation"],
             profile["area"],

@@ -1,16 +1,28 @@
-"""What a run on an elevation model comes down to: reach and drop in plan, area and volume of its deposit."""
+"""What a run on an elevation model comes down to: reach, drop, deposit, and what its cells do not show."""
 
 from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pipeline.runs.scene_of_run import Prepared
+from solver.physics.elevation import ElevationModel, edges_of, plan_slopes
 from solver.points.lattice import Lattice
 
 Array = NDArray[np.float64]
 Cell = tuple[np.intp, ...]
 # what is thinner has no speed that counts, m
 FILM = 0.05
+# Cells across a channel below which flow spills that a channel of the ground would hold.
+LEAST_CELLS = 4
+# cells whose mean gives the direction of the ground, on a side
+AROUND = 11
+# cells of a narrow channel that hang together before it is told
+LONG = 10
+# begins the warning of a run, by which it is counted
+NARROW = "a channel narrower than"
 
 
 def summarise_on_surface(
@@ -97,3 +109,123 @@ def _distance(points: Lattice, start: Cell, stop: Cell) -> float:
     """Horizontal distance between two cells, m."""
     (j, i), (n, m) = start, stop
     return float(np.hypot(points.x_points[m] - points.x_points[i], points.y_points[n] - points.y_points[j]))
+
+
+def lifted_share(
+    terrain: ElevationModel, points: Lattice, reached: NDArray[np.bool_], max_speed: Array, gravity: float
+) -> float:
+    """Share of the cells that a flow reached where its largest speed may have lifted it off the bed.
+
+    There ``g_n + k u^2 <= 0``, k the curvature by which friction is loaded, in the direction of steepest
+    descent.
+
+    Parameters
+    ----------
+    terrain : ElevationModel
+        The bed.
+    points : Lattice
+        Its cells, (ny, nx).
+    reached : array
+        Whether the flow came to a cell, (ny, nx).
+    max_speed : array
+        Largest speed over all time steps, (ny, nx), m s-1.
+    gravity : float
+        m s-2.
+    """
+    if not reached.any() or terrain.curvature_length is None:
+        return 0.0
+    x, y = points.x_points, points.y_points
+    b_x, b_y = plan_slopes(terrain.corners(edges_of(x, points.dx), edges_of(y, points.dx)), points.dx)
+    w_squared, steep = 1.0 + b_x * b_x + b_y * b_y, b_x * b_x + b_y * b_y
+    z_xx, z_xy, z_yy = terrain.hessian(x, y)
+    along = b_x * (z_xx * b_x + z_xy * b_y) + b_y * (z_xy * b_x + z_yy * b_y)
+    curvature = along / np.maximum(steep, 1e-300) / w_squared**1.5
+    lifted = gravity / np.sqrt(w_squared) + curvature * max_speed**2 <= 0
+    return float(lifted[reached].mean())
+
+
+def narrow(elevation: Array, max_depth: Array, reached: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Say which cells that a flow reached lie between banks less than four cells apart.
+
+    A bank is a cell whose bed is higher than the surface of the flow at its deepest, the mean slope of the
+    ground taken off. It is looked for on both sides across that slope, along the lattice or a diagonal. Cells
+    count whose bed is lower than beside them: the bottom of a channel.
+
+    Parameters
+    ----------
+    elevation : array
+        Of the bed, (ny, nx), m; NaN where there is no data, which is no bank.
+    max_depth : array
+        Largest depth over all time steps, (ny, nx), m.
+    reached : array
+        Whether the flow came to a cell, (ny, nx).
+    """
+    from scipy.ndimage import uniform_filter
+
+    known, (ny, nx), far = np.isfinite(elevation), elevation.shape, LEAST_CELLS - 1
+    bed = np.where(known, elevation, 0.0)
+    weight = uniform_filter(known.astype(float), AROUND)
+    north, east = np.gradient(uniform_filter(bed, AROUND) / np.maximum(weight, 1e-9))
+    padded = np.pad(np.where(known, bed, -np.inf), far, constant_values=-np.inf)
+
+    def bed_at(n: int, rows: int, columns: int) -> Array:
+        """Bed of the cells n steps away in a direction, the slope of the ground taken off."""
+        j, i = far + n * rows, far + n * columns
+        return np.asarray(padded[j : j + ny, i : i + nx] - n * (rows * north + columns * east))
+
+    def bank(rows: int, columns: int) -> NDArray[np.int64]:
+        """Cells to the nearest bank in a direction; many where there is none near."""
+        found = np.full((ny, nx), 2 * LEAST_CELLS)
+        for n in range(far, 0, -1):
+            found[bed_at(n, rows, columns) > bed + max_depth] = n
+        return found
+
+    # of directions across the slope, in eighths of a turn from the east
+    across = np.rint(np.arctan2(east, -north) / (np.pi / 4)).astype(int) % 4
+    confined = np.zeros((ny, nx), bool)
+    for eighth, (rows, columns) in enumerate(((0, 1), (1, 1), (1, 0), (1, -1))):
+        between = (bank(rows, columns) + bank(-rows, -columns) - 1) * float(np.hypot(rows, columns))
+        lowest = (bed_at(1, rows, columns) > bed) & (bed_at(-1, rows, columns) > bed)
+        confined |= (across == eighth) & lowest & (between < LEAST_CELLS)
+    return confined & reached & known
+
+
+def narrow_channels(prepared: Prepared, elevation: Array, max_depth: Array) -> Iterator[str]:
+    """Say where a run on an elevation model went through a channel that its cells do not show.
+
+    Parameters
+    ----------
+    prepared : Prepared
+        The run.
+    elevation : array
+        Of the bed, (ny, nx), m.
+    max_depth : array
+        Largest depth over all time steps, (ny, nx), m.
+    """
+    from scipy.ndimage import label
+
+    points = prepared.scene.points
+    if not isinstance(points, Lattice):
+        return
+    cells = narrow(elevation, max_depth, max_depth > prepared.threshold)
+    numbers, _ = label(cells, np.ones((3, 3)))
+    sizes = np.bincount(numbers.ravel())
+    sizes[0] = 0
+    long = sizes >= LONG
+    if not long.any():
+        return
+    rows, columns = np.nonzero(numbers == sizes.argmax())
+    middle = len(rows) // 2
+    x, y = points.x_points[columns[middle]], points.y_points[rows[middle]]
+    share = sizes[long].sum() / (max_depth > prepared.threshold).sum()
+    yield (
+        f"{NARROW} {LEAST_CELLS} cells on the flow's way, the longest of {sizes.max()} cells at "
+        f"x = {x:.8g} m, y = {y:.8g} m; {100 * share:.2g} % of the cells that were reached lie in such: "
+        "flow may spill there; take a smaller spacing"
+    )
+
+
+def note(warnings: Iterable[object]) -> str:
+    """Say in how many runs the flow went through narrow channels, by their warnings; "" for none."""
+    runs = sum(NARROW in str(warning) for warning in warnings)
+    return f"; channels narrower than {LEAST_CELLS} cells on the flow's way in {runs}" if runs else ""

@@ -25,13 +25,13 @@ from pipeline.scenario.places import on_bed, part_inside, receptors_on_bed
 from pipeline.scenario.plausibility import reversed_periods, unusual
 from pipeline.scenario.schema_errors import check
 from pipeline.scenario.strict_yaml import Document, Path
-from pipeline.scenario.sweep_checks import check_design
+from pipeline.scenario.sweep_checks import check_design, periods_of_polygons
 from pipeline.settings.hazard import Georeference
 from pipeline.settings.physics import AnyTerrain
 from pipeline.settings.points import FilePoints
 from pipeline.settings.sample import power_of_two
 from pipeline.settings.section import Pair
-from pipeline.settings.settings import Settings
+from pipeline.settings.settings import OF_POLYGONS, Settings
 from pipeline.settings.structures import PLACE
 from solver.physics.elevation import ElevationModel
 from solver.physics.terrain import SlopeProfile
@@ -84,6 +84,13 @@ def check_document(document: Document, folder: FilePath) -> Checked:
     mistakes = [document.mistake(p.path, p.message, at_key=p.at_key) for p in problems]
     mistakes = [mistake for mistake in mistakes if (mistake.line, mistake.column) not in told]
     mistakes += judge.mistakes
+    if settings is not None and not mistakes and settings.return_periods == OF_POLYGONS:
+        ground = judge.map_files.held
+        found = periods_of_polygons(settings, document.data, {} if ground is None else ground.outlines)
+        if isinstance(found, Problem):
+            mistakes.append(document.mistake(found.path, found.message))
+        else:
+            settings = settings.model_copy(update={"return_periods": found})
     if mistakes or settings is None:
         return Checked(mistakes=mistakes)
     warnings = (document.mistake(path, message) for path, message in judge.warnings(settings))

@@ -82,6 +82,8 @@ def weights(settings: Settings) -> Array:
 def return_periods(settings: Settings) -> Array | None:
     """Give the return period of each run, shape (runs,), years; None where there are none."""
     periods = settings.return_periods
+    if isinstance(periods, str):
+        raise ValueError("return periods of polygons are known once these are read")
     if isinstance(periods, int | float):
         return np.full(settings.run_count, float(periods))
     return None if periods is None else _numbers(settings, periods)

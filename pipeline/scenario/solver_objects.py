@@ -133,10 +133,15 @@ def polygon_releases(release: PolygonsRelease, outlines: Sequence[Outline]) -> l
         return [PolygonRelease(rings, volume=release.volume, measured=measured)]
     made = []
     for outline in held:
-        depth = outline.attributes.get("depth") if release.depth is None else release.depth
+        depth, volume = outline.attributes.get("depth"), outline.attributes.get("volume")
+        if release.depth is not None:
+            depth = release.depth
+        elif depth is None and isinstance(volume, int | float) and volume > 0:
+            made.append(PolygonRelease(outline.rings, volume=float(volume), measured=measured))
+            continue
         if isinstance(depth, bool) or not isinstance(depth, int | float) or not depth > 0:
             found = f"'{outline.name}' with depth {depth}" if depth is not None else f"'{outline.name}'"
-            wanted = "expected depth, volume, or an attribute depth of each polygon above 0"
+            wanted = "expected depth, volume, or an attribute depth or volume of each polygon above 0"
             raise ValueError(f"{wanted}, found {found}")
         made.append(PolygonRelease(outline.rings, depth=float(depth), measured=measured))
     return made

@@ -7,12 +7,14 @@ from typing import Any
 
 from pipeline.mistakes import Problem, describe
 from pipeline.scenario import schema_errors
-from pipeline.scenario.design import Design, draw
+from pipeline.scenario.design import Design, design, draw
 from pipeline.scenario.hints import meant
+from pipeline.scenario.solver_objects import Outlines, chosen
 from pipeline.scenario.strict_yaml import Path
 from pipeline.scenario.sweep import SWEEPABLE, Value, assign, path_of
 from pipeline.settings.sample import MOST_RUNS, Sample
-from pipeline.settings.settings import OF_ALL_RUNS
+from pipeline.settings.settings import OF_ALL_RUNS, Settings
+from pipeline.settings.surface import PolygonsRelease
 
 Check = Callable[[Mapping[str, Any]], list[Problem]]
 
@@ -172,3 +174,53 @@ def _common(path: Path, other: Path) -> int:
             break
         count += 1
     return count
+
+
+def periods_of_polygons(
+    settings: Settings, document: Mapping[str, Any], outlines: Outlines
+) -> tuple[float, ...] | Problem:
+    """Give the return period of each run, years, by the attribute ``return_period`` of what it releases.
+
+    Parameters
+    ----------
+    settings : Settings
+        Of a scenario on an elevation model.
+    document : mapping
+        What stands in its file.
+    outlines : mapping
+        Polygons by file and layer.
+    """
+    data = {name: value for name, value in document.items() if name not in OF_ALL_RUNS}
+    runs = design(settings)
+    known: dict[tuple[tuple[str, Value], ...], float | Problem] = {}
+    found: list[float] = []
+    for i in range(len(runs)):
+        pairs = zip(runs.keys, runs[i], strict=True)
+        varied = tuple((key, value) for key, value in pairs if key.startswith("release"))
+        if varied not in known:
+            changed: Any = data
+            for key, value in varied:
+                changed = assign(changed, path_of(key, changed) or (), value)
+            known[varied] = _period(Settings.model_validate(changed), outlines)
+        period = known[varied]
+        if isinstance(period, Problem):
+            return period
+        found.append(period)
+    return tuple(found)
+
+
+def _period(settings: Settings, outlines: Outlines) -> float | Problem:
+    """Return period of the polygons of a run, years, or why it has none."""
+    path, years = ("return_periods",), set()
+    for release in settings.releases:
+        assert isinstance(release, PolygonsRelease)
+        for outline in chosen(release.name, outlines[release.polygons, release.layer]):
+            period = outline.attributes.get("return_period")
+            if not isinstance(period, int | float) or not period > 0:
+                wanted = "expected an attribute return_period of each polygon above 0, in years"
+                return Problem(path, f"{wanted}, found '{outline.name}' of {release.polygons} without")
+            years.add(float(period))
+    if len(years) != 1:
+        several = " and ".join(f"{year:g}" for year in sorted(years)) or "no polygons"
+        return Problem(path, f"expected polygons of one return period in each run, found {several}")
+    return years.pop()

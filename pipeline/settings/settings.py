@@ -164,12 +164,18 @@ def _one_or_several(value: Any) -> str:
     return "all" if isinstance(value, int | float) else _per_run_or_lists(value)
 
 
-# one for all runs, or as above
+def _periods(value: Any) -> str:
+    return "word" if isinstance(value, str) else _one_or_several(value)
+
+
+OF_POLYGONS = "polygons"
+# one for all runs, or as above, or as polygons of releases say
 Periods = Annotated[
     Annotated[Positive, Tag("all")]
+    | Annotated[Literal["polygons"], Tag("word")]
     | Annotated[_Several, Tag("runs")]
     | Annotated[dict[str, _Several], Tag("lists")],
-    Discriminator(_one_or_several),
+    Discriminator(_periods),
 ]
 
 
@@ -242,8 +248,9 @@ class Settings(Section):
         default=None,
     )
     return_periods: Periods | None = key(
-        "mean time between events like that of a run: one number for all runs, a list with one a run, or one "
-        "list by key of the sweep",
+        "mean time between events like that of a run: one number for all runs, a list with one a run, one "
+        "list by key of the sweep, or on an elevation model `polygons` for the attribute `return_period` of "
+        "the polygons that a run releases",
         "years",
         None,
     )
@@ -316,7 +323,10 @@ class Settings(Section):
     @model_validator(mode="after")
     def _weighted(self) -> Settings:
         self._check_numbers("weights", self.weights)
-        if not isinstance(self.return_periods, int | float):
+        if self.return_periods == OF_POLYGONS and not self.on_surface:
+            found = "expected numbers, as polygons need an elevation model, found polygons"
+            raise relation(found, "return_periods", "terrain")
+        if not isinstance(self.return_periods, int | float | str):
             self._check_numbers("return_periods", self.return_periods)
         if isinstance(self.return_periods, dict) and len(self.return_periods) != 1:
             raise relation(f"expected one list, found {len(self.return_periods)}", "return_periods")

@@ -73,7 +73,10 @@ class PolygonsRelease(Section):
         default=None,
     )
     depth: Positive | None = key(
-        "depth within the polygons. Default: the attribute `depth` of each, in m", "m", None
+        "depth within the polygons. Default: the attribute `depth` of each, in m, or without one its "
+        "attribute `volume`, in m3",
+        "m",
+        None,
     )
     volume: Positive | None = key(
         "volume of the polygons together, which have one depth then; in place of `depth`", "m3", None

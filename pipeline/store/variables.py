@@ -205,6 +205,12 @@ SUMMARIES = (
         "horizontal distance from the crown of the release to the farthest cell that the flow reached",
     ),
     _scalar("lowest_elevation", "m", "lowest elevation that the flow reached; on elevation models only"),
+    _scalar(
+        "lifted_share",
+        "1",
+        "share of the cells reached where the largest speed, down the steepest slope, may have lifted the "
+        "flow off the bed; on elevation models only",
+    ),
     _scalar("peak_depth", "m", "largest depth anywhere, over all time steps"),
     _scalar("peak_speed", "m s-1", "largest speed anywhere, over all time steps"),
 )
@@ -252,7 +258,14 @@ DIGEST = _text("digest", "SHA-256 of the run's status and values, times of compu
 TIMINGS = frozenset({"wall_time", "cpu_time"})
 # Left out of a digest where they are 0 or missing, so that a run has the digest it had without them.
 LATER = frozenset(
-    {"volume_out_open", "volume_moving", "lowest_elevation", "volume_entrained", "erosion_max_depth"}
+    {
+        "volume_out_open",
+        "volume_moving",
+        "lowest_elevation",
+        "lifted_share",
+        "volume_entrained",
+        "erosion_max_depth",
+    }
 )
 
 PER_RUN = (*VOLUMES, *SUMMARIES, *EROSION, *COSTS, *WARNINGS, *FAILURES)

@@ -264,6 +264,65 @@ def test_depth_and_the_curvature_length_can_be_varied(folder):
     assert len({id(each.terrain.elevation) for each in prepared}) == 1
 
 
+class TestAttributes:
+    """Of the polygons: name, volume and return period."""
+
+    SWEEP = ("time:", "return_periods: polygons\nsweep: {release.name: [small, large]}\ntime:")
+    SMALL = ("name: slide", "name: small")
+
+    @pytest.fixture
+    def attributed(self, folder):
+        def write(periods=(30.0, 300.0)):
+            boxes = [shapely.box(WEST + 20, NORTH - 120, WEST + e, NORTH - 80) for e in (40, 60)]
+            fields = {"name": ["small", "large"], "volume": [500.0, 2000.0], "return_period": list(periods)}
+            pyogrio.raw.write(
+                folder / "releases.gpkg", np.array(shapely.to_wkb(boxes), dtype=object),
+                [np.array(v, dtype=object if k == "name" else float) for k, v in fields.items()],
+                list(fields), crs="EPSG:2056", geometry_type="Polygon",
+            )  # fmt: skip
+            return folder
+
+        return write
+
+    def test_are_used_and_swept(self, attributed):
+        (scenario,) = load([written(attributed(), TEXT, self.SWEEP, self.SMALL)])
+        assert scenario.settings.return_periods == (30.0, 300.0)
+        runs = expand(scenario)
+        shared = share(scenario, runs[:1])
+        laid = [build_scene(run, shared).volume_laid for run in runs]
+        np.testing.assert_allclose(laid, [500, 2000], rtol=1e-12)
+
+    def test_of_volume_are_part_of_what_decides(self, attributed):
+        before = load([written(attributed(), TEXT, self.SWEEP, self.SMALL)])[0]
+        assert (
+            load([written(attributed((10.0, 20.0)), TEXT, self.SWEEP, self.SMALL)])[0].digest == before.digest
+        )
+
+    def test_without_a_return_period_is_refused(self, attributed):
+        line = refused(attributed((30.0, np.nan)), self.SWEEP, self.SMALL)
+        assert "expected an attribute return_period of each polygon above 0" in line
+        assert "found 'large' of releases.gpkg without" in line
+
+    def test_of_several_return_periods_in_a_run_are_refused(self, attributed):
+        all_of_them = ("time:", "return_periods: polygons\ntime:"), (", name: slide", "")
+        line = refused(attributed(), *all_of_them)
+        assert "expected polygons of one return period in each run, found 30 and 300" in line
+
+    def test_are_of_elevation_models_alone(self, folder):
+        text = TEXT.replace("{elevation: dem.tif, curvature_length: 20}", "{profile: plane, angle: 20}")
+        text = text.replace(
+            "polygons: releases.gpkg, name: slide", "shape: box, x: [1, 2], y: [1, 2], height: 1"
+        )
+        line = refused_text(folder, text.replace(DOMAIN, "domain: {x: [0, 9], y: [0, 9]}"))
+        assert "expected numbers, as polygons need an elevation model" in line
+
+
+def refused_text(folder, text):
+    with pytest.raises(BadInput) as caught:
+        load([written(folder, text + "return_periods: polygons\n")])
+    return str(caught.value)
+
+
 def test_depth_may_be_measured_vertically(folder):
     plan = 30 * 40 * 1.5
     volumes = [
@@ -343,7 +402,7 @@ class TestMistakes:
 
     def test_no_depth(self, folder):
         write_polygons(folder / "releases.gpkg", {"slide": (20, -120, 50, -80)}, depth=np.nan)
-        assert "an attribute depth of each polygon above 0, found 'slide'" in refused(folder)
+        assert "an attribute depth or volume of each polygon above 0, found 'slide'" in refused(folder)
 
     def test_a_domain_beyond_the_elevation_model(self, folder):
         wanted = f"domain: {{x: [{WEST - 50}, {WEST + 200}], y: [{NORTH - 180}, {NORTH - 20}]}}"
