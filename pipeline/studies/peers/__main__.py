@@ -8,10 +8,8 @@ JSON with its processor time ``loop_cpu``, s, and ``end``, s. A name that goes o
 
 from __future__ import annotations
 
-import json
+import re
 import tempfile
-from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -19,106 +17,33 @@ import numpy as np
 import pandas as pd
 import typer
 import xarray as xr
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 import pipeline
-from pipeline.assess.relief import draw_relief
-from pipeline.inputs import elevation_raster
 from pipeline.store.run_table import markdown
+from pipeline.studies.peers.maps import picture
+from pipeline.studies.peers.sites import (
+    PARABOLA,
+    REACHED,
+    Peer,
+    on_cells,
+    overlap,
+    peers,
+    scenario,
+    write_parabola,
+)
 
 Array = NDArray[np.float64]
-# peak thickness above which a cell counts as reached, m
-REACHED = 0.1
-LAWS: dict[str, dict[str, float]] = {
-    "coulomb24": {"bed_friction": 24.0},
-    "voellmy": {"friction_coefficient": 0.25, "turbulent_friction": 1500.0},
-}
-# latest end of runs whose films creep, s
-END = 400.0
 LENGTHS: tuple[float | str, ...] = (0.0, 5.0, 10.0, 20.0, 40.0, "none")
 SPACINGS = (10.0, 5.0, 2.5)
 # of these the tables of curvature and spacing are
 STUDIED = ("kot", "gar")
 
 
-@dataclass(frozen=True)
-class Peer:
-    """Results of another code: its name, site, law and variant, and peak thickness (m) at places (m)."""
-
-    code: str
-    site: str
-    law: str
-    variant: str
-    x: Array
-    y: Array
-    peak: Array
-    summary: dict[str, Any]
-
-
-def peers(folder: Path) -> Iterator[Peer]:
-    """Read the results of other codes in a folder."""
-    for path in sorted(folder.glob("*-*_*.npz")):
-        code, _, rest = path.stem.partition("-")
-        site, _, rest = rest.partition("_")
-        law, _, variant = rest.partition("_")
-        if law not in LAWS:
-            continue
-        with np.load(path, allow_pickle=False) as held:
-            ny, nx = held["pft"].shape
-            cell = float(held["cell"])
-            yield Peer(
-                code, site, law, variant,
-                float(held["x0"]) + cell * (np.arange(nx) + 0.5),
-                float(held["y0"]) + cell * (np.arange(ny) + 0.5),
-                held["pft"].astype(np.float64), json.loads(str(held["summary"])),
-            )  # fmt: skip
-
-
-def scenario(
-    folder: Path, site: str, law: str, spacing: float | None, curvature: float | str
-) -> dict[str, Any]:
-    """Give the scenario of a site: one metre normal to the bed, isotropic, to rest or to `END`.
-
-    spacing : m; that of the elevation model where there is none.
-    """
-    file = folder / f"{site}.tif"
-    crs = "EPSG:31287"
-    try:
-        model = elevation_raster.extent(file)
-    except elevation_raster.ElevationRasterError:
-        model = elevation_raster.extent(file, crs)
-    return {
-        "name": f"{site}-{law}-{spacing or 0:g}-{curvature}",
-        "terrain": {"elevation": str(file), "curvature_length": curvature, "crs": crs},
-        "points": {"spacing": model.spacing if spacing is None else spacing},
-        "release": {"polygons": str(folder / f"{site}-release.gpkg"), "depth": 1.0},
-        "material": {**LAWS[law], "earth_pressure": "isotropic"},
-        "output": {"threshold": REACHED, "fields": ["max_depth", "max_speed", "deposit_depth"]},
-        "time": {"end": END},
-    }
-
-
 def done(content: dict[str, Any], place: Path) -> tuple[pd.Series, xr.Dataset]:
     """Run a scenario in this process; give its row of the table and its store."""
     results = pipeline.run(content, place / content["name"], workers=1, quiet=True, warn=lambda line: None)
     return results.table.iloc[0], results[content["name"]].isel(run=0).load()
-
-
-def overlap(one: Array, other: Array) -> float:
-    """Area that both reached over that which either did, of peak thickness on the same cells."""
-    both, either = (one > REACHED) & (other > REACHED), (one > REACHED) | (other > REACHED)
-    return float(both.sum() / either.sum())
-
-
-def on_cells(peak: Array, x: Array, y: Array, to_x: Array, to_y: Array) -> Array:
-    """Give a field on the cells of another lattice: that of the nearest cell, 0 beyond its own; (m, n)."""
-    columns = np.rint((to_x - x[0]) / (x[1] - x[0])).astype(int)
-    rows = np.rint((to_y - y[0]) / (y[1] - y[0])).astype(int)
-    inside = ((rows >= 0) & (rows < len(y)))[:, None] & ((columns >= 0) & (columns < len(x)))
-    found = peak[np.ix_(rows.clip(0, len(y) - 1), columns.clip(0, len(x) - 1))]
-    return np.where(inside, found, 0.0)
 
 
 def together(store: xr.Dataset, peer: Peer) -> tuple[Array, Array, Array, Array]:
@@ -145,9 +70,12 @@ def compared(folder: Path, place: Path, pictures: Path | None) -> pd.DataFrame:
     """Table each case beside the other code, and draw both where a folder for pictures is given."""
     rows = []
     for peer in peers(folder):
-        if peer.variant or not (folder / f"{peer.site}.tif").exists():
+        at = folder
+        if peer.site == PARABOLA:
+            at = write_parabola(folder, place / PARABOLA)
+        if peer.variant or not (at / f"{peer.site}.tif").exists():
             continue
-        row, store = done(scenario(folder, peer.site, peer.law, None, 0.0), place)
+        row, store = done(scenario(at, peer.site, peer.law, None, 0.0), place)
         x, y, ours, theirs = together(store, peer)
         rows.append(
             {
@@ -171,52 +99,6 @@ def compared(folder: Path, place: Path, pictures: Path | None) -> pd.DataFrame:
         if pictures is not None:
             picture(store, peer, (x, y, ours, theirs), pictures / f"{peer.site}-{peer.law}.png")
     return pd.DataFrame(rows)
-
-
-def picture(store: xr.Dataset, peer: Peer, fields: tuple[Array, Array, Array, Array], path: Path) -> None:
-    """Draw peak thickness of both side by side, and where they differ."""
-    x, y, ours, theirs = fields
-    elevation = on_cells(
-        np.nan_to_num(store["elevation"].to_numpy()), store["x"].to_numpy(), store["y"].to_numpy(), x, y
-    )
-    ground = np.where(elevation == 0, np.nan, elevation)
-    wet = (ours > REACHED) | (theirs > REACHED)
-    rows, columns = np.flatnonzero(wet.any(1)), np.flatnonzero(wet.any(0))
-    view = (slice(max(rows[0] - 6, 0), rows[-1] + 7), slice(max(columns[0] - 6, 0), columns[-1] + 7))
-    x, y, ours, theirs, ground = x[view[1]], y[view[0]], ours[view], theirs[view], ground[view]
-    shape = len(y) / len(x)
-    figure = Figure(figsize=(12, 4 * shape + 1), layout="compressed", dpi=110)
-    panels: NDArray[Any] = figure.subplots(1, 3, sharex=True, sharey=True)
-    top = float(max(ours.max(), theirs.max()))
-    for panel, peak, title in zip(panels, (ours, theirs), ("LMLS", peer.code), strict=False):
-        _shade(panel, x, y, ground, title)
-        drawn = panel.pcolormesh(
-            x, y, np.ma.masked_less(peak, REACHED), cmap="YlGnBu", vmin=0, vmax=0.6 * top, shading="nearest"
-        )
-    figure.colorbar(drawn, ax=list(panels[:2]), label="peak thickness (m)", shrink=0.8)
-    _shade(panels[2], x, y, ground, "which reached")
-    mine, other = ours > REACHED, theirs > REACHED
-    classes = np.ma.masked_equal(mine + 2 * other, 0)
-    panels[2].pcolormesh(x, y, classes, cmap=_three(), vmin=0.5, vmax=3.5, shading="nearest", alpha=0.8)
-    for colour, name in (("tab:orange", "LMLS alone"), ("tab:blue", f"{peer.code} alone"), ("0.35", "both")):
-        panels[2].plot([], [], "s", color=colour, label=name)
-    panels[2].legend(fontsize="x-small", loc="best")
-    figure.suptitle(f"{peer.site}, {peer.law}, peak thickness above {REACHED:g} m", fontsize="medium")
-    path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path)
-
-
-def _three() -> Any:
-    from matplotlib.colors import ListedColormap
-
-    return ListedColormap(["tab:orange", "tab:blue", "0.35"])
-
-
-def _shade(panel: Axes, x: Array, y: Array, ground: Array, title: str) -> None:
-    draw_relief(panel, x, y, ground, named=False)
-    panel.set_aspect("equal")
-    panel.set_title(title, fontsize="small", loc="left")
-    panel.tick_params(labelbottom=False, labelleft=False)
 
 
 def against_itself(folder: Path) -> pd.DataFrame:
@@ -286,9 +168,24 @@ def spacings(folder: Path, place: Path) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
+def with_table(text: str, name: str, table: pd.DataFrame) -> str:
+    """Put a table into a page, between ``<!-- peers: name -->`` and ``<!-- end -->``.
+
+    Raises
+    ------
+    ValueError
+        If the page has no such place.
+    """
+    place = re.compile(rf"(<!-- peers: {name} -->\n).*?(<!-- end -->)", re.DOTALL)
+    if not place.search(text):
+        raise ValueError(f"the page has no place for the table {name}")
+    return place.sub(lambda found: f"{found[1]}{markdown(table).rstrip()}\n{found[2]}", text)
+
+
 def study(
     folder: Annotated[Path, typer.Argument(help="Elevation models, releases and results of another code.")],
-    to: Annotated[Path, typer.Option(help="Folder for tables and pictures.")] = Path("docs/comparison"),
+    to: Annotated[Path, typer.Option(help="Folder for the pictures.")] = Path("docs/comparison"),
+    page: Annotated[Path | None, typer.Option(help="Page whose tables are replaced.")] = None,
     tables: Annotated[str, typer.Option(help="Which: peers, itself, curvature, spacings.")] = (
         "peers,itself,curvature,spacings"
     ),
@@ -305,8 +202,9 @@ def study(
         to.mkdir(parents=True, exist_ok=True)
         for name in tables.split(","):
             table = ways[name]()
-            (to / f"{name}.md").write_text(markdown(table), encoding="utf-8")
             typer.echo(f"{name}\n{table.to_string()}")
+            if page is not None:
+                page.write_text(with_table(page.read_text(encoding="utf-8"), name, table), encoding="utf-8")
 
 
 if __name__ == "__main__":
