@@ -17,6 +17,8 @@ NO_DATA = (-9999.0, -99999.0, -32768.0, -32767.0)
 # Elevations on Earth, m, with room to spare.
 LOWEST, HIGHEST = -500.0, 9000.0
 EVEN = 1e-3
+# how units of elevation that are no metres begin
+FEET = ("ft", "feet", "foot", "us survey f", "us-ft")
 
 
 class ElevationRasterError(ValueError):
@@ -55,8 +57,14 @@ class ElevationRaster:
 class RasterExtent:
     """Where an elevation model lies, without its elevations.
 
-    x, y : eastings and northings of the centres of its outermost cells, m. spacing : side of a cell, m.
-    crs : reference system, as ``EPSG:2056`` or WKT.
+    Parameters
+    ----------
+    x, y : tuple of float
+        Eastings and northings of the centres of its outermost cells, m.
+    spacing : float
+        Side of a cell, m.
+    crs : str
+        Reference system, as ``EPSG:2056`` or WKT.
     """
 
     x: tuple[float, float]
@@ -90,6 +98,12 @@ def _opened(path: Path) -> Iterator[Any]:
         if step.b or step.d or step.e >= 0 or abs(step.a + step.e) > EVEN * step.a:
             raise ElevationRasterError(
                 "expected square cells north up, found others; gdalwarp -tr D D makes them"
+            )
+        unit = str(source.units[0] or "").lower()
+        if unit.startswith(FEET):
+            raise ElevationRasterError(
+                f"expected elevations in metres, found '{source.units[0]}'; "
+                "gdal_calc.py --calc 'A*0.3048' makes metres of feet"
             )
         yield source
 

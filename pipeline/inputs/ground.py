@@ -18,6 +18,8 @@ from pipeline.settings.section import Pair
 from pipeline.settings.settings import Domain
 from solver.physics.elevation import SAME
 
+# no bed of loose material is steeper, degrees
+STEEP = 60.0
 # of a cell
 SLIVER = 1e-9
 LEAST_CELLS = 4
@@ -27,11 +29,23 @@ LEAST_CELLS = 4
 class Ground:
     """What the files of a scenario on elevation models hold.
 
-    rasters : elevation models by file, around the domain; the first is that of the scenario itself, the
-    others those of runs. outlines : polygons, and lines of dams, by file and layer. depths : rasters of
-    erodible depth by file. extent : of the whole first elevation model. folder : that names of files are
-    relative to. given_crs : reference system of elevation models that have none. reach : how far beyond the
-    domain elevations are averaged from, m.
+    Parameters
+    ----------
+    rasters : mapping of str to ElevationRaster
+        Elevation models by file, around the domain; the first is that of the scenario itself, the others
+        those of runs.
+    extent : RasterExtent
+        Of the whole first elevation model.
+    folder : Path
+        That names of files are relative to.
+    given_crs : str, optional
+        Reference system of elevation models that have none.
+    reach : float
+        How far beyond the domain elevations are averaged from, m.
+    outlines : mapping of (str, str or None) to tuple of Outline
+        Polygons, and lines of dams, by file and layer.
+    depths : mapping of str to ElevationRaster
+        Rasters of erodible depth by file.
     """
 
     rasters: Mapping[str, ElevationRaster]
@@ -84,6 +98,23 @@ class Ground:
             rasters={name: read(name, self.given_crs) for name in self.rasters},
             depths={name: read(name, self.crs) for name in self.depths},
         )
+
+
+def doubtful(raster: ElevationRaster, domain: Domain) -> list[str]:
+    """Say what is doubtful of an elevation model within a domain: cells without data, and steep ones."""
+    sides = ((raster.y, domain.y), (raster.x, domain.x))
+    half = raster.spacing / 2
+    inside = np.ix_(*((low - half < at) & (at < high + half) for at, (low, high) in sides))
+    said = []
+    gaps = float(np.isnan(raster.elevation[inside]).mean())
+    if gaps > 0:
+        said.append(f"{100 * gaps:.2g} % of the domain have no data; what flows there has left")
+    with np.errstate(invalid="ignore"):
+        slope = np.degrees(np.arctan(np.hypot(*np.gradient(raster.elevation, raster.spacing))))
+        steep = float((slope[inside] > STEEP).mean())
+    if steep > 0:
+        said.append(f"{100 * steep:.2g} % of the cells are steeper than {STEEP:g} degrees")
+    return said
 
 
 def _digest(held: tuple[Outline, ...]) -> str:

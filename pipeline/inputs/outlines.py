@@ -207,9 +207,14 @@ def read_places(path: Path, crs: str, layer: str | None = None) -> tuple[Place, 
 
 def _brought(corners: Array, system: Any, crs: str, where: str) -> Array:
     """Bring coordinates (n, 2) from one reference system to another."""
+    # what GDAL says has no public name
+    from rasterio._err import CPLE_BaseError
     from rasterio.warp import transform
 
-    found = np.stack(transform(system, crs, *corners.T), axis=1)
+    try:
+        found = np.stack(transform(system, crs, *corners.T), axis=1)
+    except (CPLE_BaseError, ValueError) as error:
+        raise OutlineError(f"expected coordinates that {crs} can hold, found {where}: {error}") from None
     if not np.isfinite(found).all():
         raise OutlineError(f"expected coordinates that {crs} can hold, found others in {where}")
     return found

@@ -7,7 +7,11 @@ from functools import lru_cache
 from math import isfinite
 from typing import Any
 
+from pipeline.inputs.elevation_raster import RasterExtent
 from pipeline.settings.hazard import Georeference
+
+# degrees beyond the area that a reference system is made for
+FAR = 3.0
 
 
 @lru_cache(maxsize=64)
@@ -34,6 +38,24 @@ def doubt(georeference: Georeference) -> tuple[str, str] | None:
     if not (isfinite(lon) and isfinite(lat)):
         return "origin", f"expected a place that {code} has, found {list(georeference.origin)}"
     return None
+
+
+def elsewhere(extent: RasterExtent) -> str | None:
+    """Say that the middle of an elevation model lies where its reference system is not used, if it does."""
+    import pyproj
+
+    system = pyproj.CRS.from_user_input(extent.crs)
+    area = system.area_of_use
+    if area is None:
+        return None
+    to_degrees = pyproj.Transformer.from_crs(system, "EPSG:4326", always_xy=True)
+    lon, lat = to_degrees.transform(sum(extent.x) / 2, sum(extent.y) / 2)
+    where = "at no place on Earth"
+    if isfinite(lon) and isfinite(lat):
+        if area.west - FAR <= lon <= area.east + FAR and area.south - FAR <= lat <= area.north + FAR:
+            return None
+        where = f"at longitude {lon:.1f} and latitude {lat:.1f}"
+    return f"its middle lies {where}, but {extent.crs} is used in {area.name.rstrip('.')}: check the system"
 
 
 def cf_attributes(crs: str) -> dict[str, Any]:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-import numpy as np
-
+from pipeline.inputs.ground import doubtful
 from pipeline.runs.profile_ends import beyond
 from pipeline.runs.runs import Runs
 from pipeline.scenario import solver_objects
@@ -22,16 +21,10 @@ def shared_cells(scenario: Scenario, found: Domain) -> Iterator[str]:
         yield f"domain x {list(domain.x)}, y {list(domain.y)} m, so that scenarios lie on the same cells"
 
 
-def gaps_of(scenario: Scenario) -> Iterator[str]:
-    """Say how much of a domain on an elevation model has no data."""
-    if scenario.ground is None:
-        return
-    raster, domain = next(iter(scenario.ground.rasters.values())), scenario.settings.bounds
-    sides = ((raster.y, domain.y), (raster.x, domain.x))
-    inside = np.ix_(*((low <= places) & (places <= high) for places, (low, high) in sides))
-    gaps = float(np.isnan(raster.elevation[inside]).mean())
-    if gaps > 0:
-        yield f"{100 * gaps:.2g} % of the domain have no data; what flows there has left"
+def of_ground(scenario: Scenario) -> Iterator[str]:
+    """Say what is doubtful of the elevation model within a domain that was found."""
+    if scenario.ground is not None:
+        yield from doubtful(next(iter(scenario.ground.rasters.values())), scenario.settings.bounds)
 
 
 def doubts(scenario: Scenario, runs: Runs, flow: Pair, domain: Domain) -> Iterator[str]:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from pipeline.inputs.elevation_raster import ElevationRasterError
 from pipeline.inputs.ground import Ground, clipped, fitted
 from pipeline.mistakes import BadInput
-from pipeline.runs.domain_doubts import doubts, gaps_of, shared_cells
+from pipeline.runs.domain_doubts import doubts, of_ground, shared_cells
 from pipeline.runs.run import Run
 from pipeline.runs.runs import expand
 from pipeline.runs.scene_of_run import build_scene
@@ -122,7 +122,7 @@ def settled_together(
             box = whole.get(_shares_cells(scenario), boxes[number])
             scenario = scenario.within(Domain(x=box.x, y=box.y))
             found = Domain(x=boxes[number].x, y=boxes[number].y)
-            for line in (*shared_cells(scenario, found), *gaps_of(scenario)):
+            for line in (*shared_cells(scenario, found), *of_ground(scenario)):
                 tell(f"{scenario.name}: {line}")
         settled_ones.append(scenario)
     return settled_ones

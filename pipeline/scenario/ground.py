@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.inputs.elevation_raster import ElevationRaster
-from pipeline.inputs.ground import SLIVER, Ground, around, beyond, fitted
+from pipeline.inputs.elevation_raster import ElevationRaster, RasterExtent
+from pipeline.inputs.ground import SLIVER, Ground, around, beyond, doubtful, fitted
 from pipeline.inputs.map_files import MapFiles
 from pipeline.inputs.outlines import Outline, OutlineError, read_places
 from pipeline.inputs.polygons import reaches
+from pipeline.inputs.reference_system import elsewhere
 from pipeline.mistakes import Problem
 from pipeline.scenario import solver_objects, structures
 from pipeline.scenario.places import near, part_inside
@@ -28,8 +29,6 @@ from solver.release.polygons import polygon_shares, ring_area
 
 # Spacings that are finer than the elevation model by more than this show nothing more of the ground.
 FINER = 4.0
-# no bed of loose material is steeper, degrees
-STEEP = 60.0
 LONGEST_NAME = 100
 OUTSIDE = "expected a zone in the domain, found one outside, which changes nothing"
 
@@ -103,7 +102,7 @@ class GroundCheck:
         whole = None if settings.domain is not None else Domain(x=first.x, y=first.y)
         settings = settings.model_copy(update={"domain": domain})
         model = solver_objects.surface(terrain, raster)
-        self._note(raster, model, spacing, domain, known=whole is None)
+        self._note(raster, extent, spacing, domain, known=whole is None)
         depths = dict(self.held.depths if self.held else {})
         problems += self._releases(settings, read, model, known=whole is None)
         problems += self._zones(settings, read, whole or domain)
@@ -275,7 +274,7 @@ class GroundCheck:
         return []
 
     def _note(
-        self, raster: ElevationRaster, model: ElevationModel, spacing: float, domain: Domain, *, known: bool
+        self, raster: ElevationRaster, extent: RasterExtent, spacing: float, domain: Domain, *, known: bool
     ) -> None:
         """Remember what is doubtful of an elevation model and a spacing."""
         terrain: Path = ("terrain", "elevation")
@@ -284,18 +283,12 @@ class GroundCheck:
                 f"{spacing:g} m is more than {FINER:g} times finer than the elevation model of "
                 f"{raster.spacing:g} m, which shows nothing more of the ground"
             )
-        if terrain in self.doubts or not known:
+        if terrain in self.doubts:
             return
-        lattice = Lattice(domain.x, domain.y, spacing)
-        said = []
-        gaps = float(model.gaps(lattice.x_points, lattice.y_points).mean())
-        if gaps > 0:
-            said.append(f"{100 * gaps:.2g} % of the domain have no data; what flows there has left")
-        with np.errstate(invalid="ignore"):
-            slope = np.degrees(np.arctan(np.hypot(*np.gradient(raster.elevation, raster.spacing))))
-            steep = float((slope > STEEP).mean())
-        if steep > 0:
-            said.append(f"{100 * steep:.2g} % of the cells are steeper than {STEEP:g} degrees")
+        # of a domain that is still to be found it is told then
+        said = doubtful(raster, domain) if known else []
+        if (strange := elsewhere(extent)) is not None:
+            said.append(strange)
         if said:
             self.doubts[terrain] = "; ".join(said)
 

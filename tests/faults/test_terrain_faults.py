@@ -1,0 +1,185 @@
+"""What is wrong or doubtful of elevation models and polygons: one line with file, feature and what to do."""
+
+import numpy as np
+import pyogrio
+import pytest
+import rasterio
+import shapely
+from elevation_files import (
+    COLUMNS,
+    DOMAIN,
+    NORTH,
+    ROWS,
+    TEXT,
+    WEST,
+    ground,
+    write_polygons,
+    write_raster,
+    written,
+)
+
+from pipeline.errors import BadInput
+from pipeline.scenario.scenario import load
+
+SEARCHED = (f"{DOMAIN}\n", "")
+
+
+@pytest.fixture
+def folder(tmp_path):
+    write_raster(tmp_path / "dem.tif", ground())
+    write_polygons(tmp_path / "releases.gpkg", {"slide": (20, -120, 50, -80)})
+    return tmp_path
+
+
+def line(folder, *changes):
+    """The one line that a scenario is refused with, whether its domain is given or found."""
+    lines = []
+    for more in ((), (SEARCHED,)):
+        with pytest.raises(BadInput) as caught:
+            load([written(folder, TEXT, *changes, *more)])
+        (one,) = str(caught.value).splitlines()
+        lines.append(one.partition(": ")[2])
+    assert lines[0].partition(":")[0] == lines[1].partition(":")[0]
+    return lines[0]
+
+
+def told(folder, *changes):
+    (scenario,) = load([written(folder, TEXT, *changes)])
+    return "\n".join(scenario.warnings)
+
+
+def shapes(folder, *geometries, crs="EPSG:2056", name="releases.gpkg"):
+    made = np.array(shapely.to_wkb(list(geometries)), dtype=object)
+    names = np.array(["slide"] * len(geometries), dtype=object)
+    kind = geometries[0].geom_type
+    pyogrio.raw.write(folder / name, made, [names], ["name"], crs=crs, geometry_type=kind)
+
+
+DEPTH = ("name: slide", "name: slide, depth: 1")
+
+
+def test_elevations_in_feet(folder):
+    with rasterio.open(folder / "dem.tif", "r+") as raster:
+        raster.units = ("ft",)
+    found = line(folder)
+    assert "terrain.elevation: expected elevations in metres, found 'ft'; gdal_calc.py" in found
+    assert found.endswith("(dem.tif)")
+
+
+def test_coordinates_in_feet(folder):
+    write_raster(folder / "dem.tif", ground(), crs="EPSG:2225")
+    assert "expected coordinates in metres, found US survey foot" in line(folder)
+
+
+def test_a_polygon_that_crosses_itself(folder):
+    bow = [
+        (WEST + 20, NORTH - 120),
+        (WEST + 60, NORTH - 80),
+        (WEST + 60, NORTH - 120),
+        (WEST + 20, NORTH - 80),
+    ]
+    shapes(folder, shapely.Polygon(bow))
+    found = line(folder, DEPTH)
+    assert "release.polygons: expected simple polygons, found feature 1 ('slide') of releases.gpkg" in found
+    assert "Self-intersection" in found
+
+
+@pytest.mark.filterwarnings("ignore:'crs' was not provided")
+def test_polygons_without_a_reference_system(folder):
+    shapes(folder, shapely.box(WEST + 20, NORTH - 120, WEST + 50, NORTH - 80), crs=None, name="releases.shp")
+    found = line(folder, DEPTH, ("releases.gpkg", "releases.shp"))
+    assert "expected a reference system, found none in releases.shp; a Shapefile has it in .prj" in found
+
+
+def test_polygons_in_another_reference_system_are_brought_to_that_of_the_elevation_model(folder):
+    from rasterio.warp import transform
+
+    corners = [
+        (WEST + 20, NORTH - 120),
+        (WEST + 50, NORTH - 120),
+        (WEST + 50, NORTH - 80),
+        (WEST + 20, NORTH - 80),
+    ]
+    lon, lat = transform("EPSG:2056", "EPSG:4326", *zip(*corners, strict=True))
+    shapes(
+        folder, shapely.Polygon(list(zip(lon, lat, strict=True))), crs="EPSG:4326", name="releases.geojson"
+    )
+    (scenario,) = load([written(folder, TEXT, DEPTH, ("releases.gpkg", "releases.geojson"))])
+    (held,) = scenario.ground.outlines.values()
+    found = sorted(map(tuple, np.round(held[0].rings[0], 1)))
+    assert found == sorted(corners)
+
+
+def test_coordinates_that_the_reference_system_cannot_hold(folder):
+    shapes(folder, shapely.box(1e12, 1e12, 2e12, 2e12), crs="EPSG:3035")
+    assert "of releases.gpkg" in line(folder, DEPTH)
+
+
+def test_an_elevation_model_far_from_where_its_reference_system_is_used(folder):
+    write_raster(folder / "dem.tif", ground(), crs="EPSG:31287")
+    shapes(folder, shapely.box(WEST + 20, NORTH - 120, WEST + 50, NORTH - 80), crs="EPSG:31287")
+    assert "but EPSG:31287 is used in Austria: check the system" in told(folder, DEPTH)
+    assert "check the system" not in told(folder_of(folder), DEPTH)
+
+
+def folder_of(folder):
+    write_raster(folder / "dem.tif", ground())
+    write_polygons(folder / "releases.gpkg", {"slide": (20, -120, 50, -80)})
+    return folder
+
+
+@pytest.mark.parametrize("change", [(), (SEARCHED,)])
+def test_lines_in_place_of_polygons(folder, change):
+    shapes(folder, shapely.LineString([(WEST, NORTH), (WEST + 9, NORTH)]))
+    with pytest.raises(BadInput, match=r"expected polygons, found a LineString in feature 1 \('slide'\)"):
+        load([written(folder, TEXT, DEPTH, *change)])
+
+
+def test_a_release_outside_of_the_elevation_model(folder):
+    write_polygons(folder / "releases.gpkg", {"slide": (900, 0, 950, 50)})
+    found = line(folder)
+    assert "release: expected a release" in found
+    assert "found 'slide' of releases.gpkg outside" in found
+
+
+def test_a_release_on_no_data(folder):
+    elevation = ground()
+    elevation[10:30, :15] = -9999.0
+    write_raster(folder / "dem.tif", elevation)
+    assert "where there is data, found 'slide' of releases.gpkg outside" in line(folder)
+
+
+def test_a_polygon_smaller_than_a_cell(folder):
+    write_polygons(folder / "releases.gpkg", {"slide": (20, -100, 24, -96)})
+    assert "expected polygons of a cell, 25 m2, or more, found 'slide' of releases.gpkg" in line(folder)
+
+
+def test_steep_ground_and_no_data_in_the_domain(folder):
+    elevation = ground()
+    elevation[:, 40:44] = -9999.0
+    elevation[5:8, 20:23] += 40
+    write_raster(folder / "dem.tif", elevation)
+    found = told(folder)
+    assert "6.7 % of the domain have no data; what flows there has left" in found
+    assert "% of the cells are steeper than 60 degrees" in found
+
+
+def test_a_finer_spacing_than_the_elevation_model_shows(folder):
+    assert "more than 4 times finer than the elevation model of 5 m" in told(
+        folder, ("spacing: 5", "spacing: 1")
+    )
+    assert "times finer" not in told(folder, ("spacing: 5", "spacing: 1.25"))
+
+
+def test_more_points_than_can_be(folder):
+    found = line(folder, ("spacing: 5", "spacing: 0.01"))
+    assert found.startswith("points.spacing: expected at most 100,000,000 points, found 5.75e+08")
+
+
+def test_elevation_models_that_are_none(folder):
+    (folder / "dem.tif").write_text("no raster")
+    assert "expected an elevation model as GeoTIFF, ASC or NetCDF, found dem.tif" in line(folder)
+    write_raster(folder / "dem.tif", np.full((ROWS, COLUMNS), -9999.0))
+    assert "expected elevations, found no data alone" in line(folder)
+    write_raster(folder / "dem.tif", 100 * ground())
+    assert "expected elevations between -500 and 9000 m" in line(folder)
