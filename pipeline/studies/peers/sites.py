@@ -24,9 +24,9 @@ LAWS: dict[str, dict[str, float]] = {
 END = 400.0
 # of files that have none
 CRS = "EPSG:31287"
-# a parabola that falls from a height along a length to a plane, m, in cells of a side
+# a parabola that falls from a height along a length to a plane, m, in cells of a side, from an easting on
 PARABOLA = "parabolaup"
-HEIGHT, LENGTH, SIDE = 1000.0, 2250.0, 5.0
+HEIGHT, LENGTH, SIDE, START = 1000.0, 2250.0, 5.0, 1000.0
 
 
 @dataclass(frozen=True)
@@ -103,7 +103,7 @@ def on_cells(peak: Array, x: Array, y: Array, to_x: Array, to_y: Array) -> Array
 def write_parabola(folder: Path, to: Path) -> Path:
     """Write the parabola of a folder with results on it, and the release that these name; give where.
 
-    Its slope falls linearly from ``2 HEIGHT / LENGTH`` at x = 0 to 0 at `LENGTH`.
+    Its slope falls linearly from ``2 HEIGHT / LENGTH`` at `START` to 0 after `LENGTH`.
     """
     import pyogrio.raw
     import rasterio
@@ -121,7 +121,7 @@ def write_parabola(folder: Path, to: Path) -> Path:
     z = np.repeat(fall[None], round((high - low) / SIDE) + 1, axis=0)
     with rasterio.open(
         to / f"{PARABOLA}.tif", "w", driver="GTiff", count=1, height=len(z), width=len(x), dtype="float64",
-        crs=CRS, transform=from_origin(-SIDE / 2, high + SIDE / 2, SIDE, SIDE),
+        crs=CRS, transform=from_origin(START - SIDE / 2, high + SIDE / 2, SIDE, SIDE),
     ) as target:  # fmt: skip
         target.write(z, 1)
     pyogrio.raw.write(
