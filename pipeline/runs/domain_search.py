@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from math import ceil, floor
 
 import numpy as np
@@ -120,12 +121,36 @@ def settled_together(
     for number, scenario in enumerate(known):
         if number in boxes:
             box = whole.get(_shares_cells(scenario), boxes[number])
-            scenario = scenario.within(Domain(x=box.x, y=box.y))
+            scenario = _within(scenario, Domain(x=box.x, y=box.y))
             found = Domain(x=boxes[number].x, y=boxes[number].y)
             for line in (*shared_cells(scenario, found), *of_ground(scenario)):
                 tell(f"{scenario.name}: {line}")
         settled_ones.append(scenario)
     return settled_ones
+
+
+def _within(scenario: Scenario, domain: Domain) -> Scenario:
+    """Give a scenario with a domain that holds what was found of it and of others.
+
+    Raises
+    ------
+    BadInput
+        If a raster of the scenario has nothing there.
+    """
+    if scenario.ground is not None:
+        fit = fitted(domain, scenario.ground.extent, float(getattr(scenario.settings.points, "spacing")))  # noqa: B009
+        domain = fit if isinstance(fit, Domain) else domain
+    try:
+        return scenario.within(domain)
+    except ElevationRasterError as error:
+        document = parse(scenario.text, str(scenario.path))
+        raise BadInput([document.mistake(("terrain", "elevation"), str(error))]) from None
+
+
+@lru_cache(maxsize=2)
+def _read(ground: Ground, x: Pair, y: Pair, reach: float) -> Ground:
+    """Read the rasters around a box, once for the runs that fit in it."""
+    return ground.within(Domain(x=x, y=y), reach)
 
 
 def on_known_domain(scenario: Scenario, path: Location) -> Scenario:
@@ -185,7 +210,7 @@ def _clipped(box: _Box, scenario: Scenario) -> _Box:
 
 
 def _released_anew(scenario: Scenario) -> bool:
-    return any(key.startswith("release") for key in scenario.settings.varied)
+    return any(key.startswith(("release", "inflow")) for key in scenario.settings.varied)
 
 
 def _extent(run: Run) -> tuple[Pair, Pair]:
@@ -238,7 +263,7 @@ def _flow(scenario: Scenario, run: Run, around: _Box, wide: float) -> tuple[_Box
         here = settings.model_copy(update={"domain": Domain(x=around.x, y=around.y)})
         shared = SharedPoints(lattice, {}, frozenset())
         if ground is not None:
-            read = ground.within(here.bounds, 2 * wide)
+            read = _read(ground, around.x, around.y, 2 * wide)
             shared = replace(shared, rasters=read.rasters, depths=read.depths)
         prepared = build_scene(replace(run, settings=here), shared)
         ends = prepared.times[[0, -1]]

@@ -7,6 +7,7 @@ from elevation_files import DOMAIN, NORTH, SIDE, TEXT, WEST, ground, write_polyg
 
 import pipeline
 from pipeline.inputs import elevation_raster
+from pipeline.runs import domain_search
 from pipeline.runs.runs import expand
 from pipeline.scenario.scenario import load
 from pipeline.store.verify import verify
@@ -169,3 +170,27 @@ def test_elevation_models_can_be_sampled(folder):
     # ground that is raised as a whole changes nothing but elevations
     assert table["runout_distance"].nunique() == 1
     assert table["lowest_elevation"].nunique() == 2
+
+
+def test_a_found_domain_holds_one_that_another_scenario_gives(folder):
+    given = f"domain: {{x: [{WEST + 3}, {WEST + 403}], y: [{NORTH - 500}, {NORTH - 300}]}}"
+    finer = ("spacing: 5", "spacing: 4")
+    files = []
+    for name, change in (("given", (DOMAIN, given)), ("small", NONE)):
+        text = TEXT.replace("name: small", f"name: {name}")
+        files.append(written(folder, text, finer, change).rename(folder / f"{name}.yaml"))
+    pipeline.run(files, folder / "results", workers=1, quiet=True)
+    found, other = opened(folder), opened(folder, "given")
+    assert found["x"][0] <= other["x"][0]
+    assert found["x"][-1] >= other["x"][-1]
+    np.testing.assert_allclose(np.diff(found["x"]), 4, rtol=1e-9)
+
+
+def test_a_raster_that_has_nothing_where_the_flow_comes_is_told(folder):
+    (scenario,) = load([written(folder, TEXT, NONE)])
+    (folder / "dem.tif").unlink()
+    write_raster(folder / "dem.tif", np.full((ROWS, COLUMNS), -9999.0))
+    with pytest.raises(
+        pipeline.BadInput, match=r"terrain\.elevation: expected elevations, found no data alone"
+    ):
+        domain_search.settled(scenario, None, lambda line: None)
