@@ -27,7 +27,9 @@ def picture(store: xr.Dataset, peer: Peer, fields: tuple[Array, Array, Array, Ar
     elevation = on_cells(
         np.nan_to_num(store["elevation"].to_numpy()), store["x"].to_numpy(), store["y"].to_numpy(), x, y
     )
-    ground = np.where(elevation == 0, np.nan, elevation)
+    held = np.isfinite(store["elevation"].to_numpy()).astype(np.float64)
+    known = on_cells(held, store["x"].to_numpy(), store["y"].to_numpy(), x, y) > 0
+    ground = np.where(known, elevation, np.nan)
     wet = (ours > REACHED) | (theirs > REACHED)
     rows, columns = np.flatnonzero(wet.any(1)), np.flatnonzero(wet.any(0))
     view = (slice(max(rows[0] - 6, 0), rows[-1] + 7), slice(max(columns[0] - 6, 0), columns[-1] + 7))
