@@ -21,6 +21,7 @@ LAYERS = (
     *(FORMS, "solver.surface", "solver.checks", "solver.verification"),
     *(
         "pipeline.mistakes",
+        "pipeline.hints",
         "pipeline.errors",
         "pipeline.readable",
         "pipeline.store",

@@ -9,8 +9,8 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
+from pipeline.hints import meant, of_key, of_length, of_number
 from pipeline.mistakes import Problem, describe
-from pipeline.scenario.hints import meant, of_key, of_length, of_number
 from pipeline.scenario.strict_yaml import Path
 from pipeline.settings.section import ANY_KEY, choosing_key, kind, sections_of
 from pipeline.settings.settings import Settings

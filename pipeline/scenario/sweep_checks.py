@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from pipeline.hints import meant
 from pipeline.mistakes import Problem, describe
 from pipeline.scenario import schema_errors
 from pipeline.scenario.design import Design, design, draw
-from pipeline.scenario.hints import meant
 from pipeline.scenario.solver_objects import Outlines, chosen
 from pipeline.scenario.strict_yaml import Path
 from pipeline.scenario.sweep import SWEEPABLE, Value, assign, path_of
