@@ -231,6 +231,8 @@ def by_name(**groups: Any) -> dict[str, NDArray[Any]]:
     found: dict[str, NDArray[Any]] = {}
     for name, group in groups.items():
         for key, value in group._asdict().items():
+            if value is None:
+                continue
             found |= (
                 by_name(**{f"{name}.{key}": value}) if isinstance(value, tuple) else {f"{name}.{key}": value}
             )

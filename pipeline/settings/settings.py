@@ -311,7 +311,10 @@ class Settings(Section):
                 if isinstance(stands, GivenDepth):
                     found = "expected open, wall or no-slip with form collocation, found a given depth"
                     raise relation(found, f"boundaries.{side}", "scheme.form")
-            law, _ = self.material.laws()
+            law, pressure = self.material.laws()
+            if pressure.along_flow:
+                found = f"expected another law with form collocation, found {tag(type(pressure))}"
+                raise relation(found, "material.earth_pressure", "scheme.form")
             if not isinstance(law, Coulomb):
                 found = f"expected coulomb or voellmy with form collocation, found {tag(type(law))}"
                 raise relation(found, "material.friction", "scheme.form")

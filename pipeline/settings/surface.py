@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import Discriminator, Field, Tag, model_validator
 from pydantic_core import PydanticCustomError
 
+from pipeline.settings.generated import tag
 from pipeline.settings.points import LatticePoints
 from pipeline.settings.section import Positive, Section, key, relation
 from solver.physics.earth_pressure import Isotropic
@@ -97,7 +98,8 @@ class PolygonsRelease(Section):
 def unfit(settings: Settings) -> PydanticCustomError | None:
     """Say which settings do not go with the terrain: polygons and elevation models need each other.
 
-    An elevation model takes a lattice with open sides, the weighted-residual form and isotropic pressure.
+    An elevation model takes a lattice with open sides, the weighted-residual form and earth pressure
+    without the axes of a profile.
     """
     outlined = [isinstance(release, PolygonsRelease) for release in settings.releases]
     if not isinstance(settings.terrain, ElevationTerrain):
@@ -116,12 +118,10 @@ def unfit(settings: Settings) -> PydanticCustomError | None:
         return relation(
             f"expected form weighted-residual {needs}, found collocation", "scheme.form", "terrain"
         )
-    if not isinstance(settings.material.laws()[1], Isotropic):
-        return relation(
-            f"expected isotropic {needs}, found {getattr(settings.material, 'earth_pressure')}",  # noqa: B009
-            "material.earth_pressure",
-            "terrain",
-        )
+    pressure = settings.material.laws()[1]
+    if not (isinstance(pressure, Isotropic) or pressure.along_flow):
+        asked = f"expected isotropic or mohr-coulomb-flow {needs}, found {tag(type(pressure))}"
+        return relation(asked, "material.earth_pressure", "terrain")
     for side, stands in settings.boundaries:
         if stands != "open":
             return relation(f"expected open {needs}, found another side", f"boundaries.{side}", "terrain")

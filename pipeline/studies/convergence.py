@@ -2,7 +2,8 @@
 
 ``python -m pipeline.studies.convergence`` prints the tables. ``--finest 0.05`` stops at that spacing in two
 dimensions, and takes a minute; the default, 0.025, takes ten. ``--cloud`` adds those on clouds,
-and ``--law smooth`` leaves the other laws out.
+``--law smooth`` leaves the other laws out, and
+``--cost`` measures their processor time instead.
 """
 
 from __future__ import annotations
@@ -18,13 +19,15 @@ from scipy.spatial import cKDTree
 
 from pipeline.studies.stability import Stiff, Unswitched
 from solver.arrays import Array
-from solver.physics.earth_pressure import EarthPressure, MohrCoulomb
+from solver.forms import prepare
+from solver.physics.earth_pressure import EarthPressure, Isotropic, MohrCoulomb, MohrCoulombFlow
 from solver.points.lattice import Lattice
 from solver.result import Result
-from solver.scene import Scene
+from solver.scene import Boundaries, Scene
 from solver.simulation import simulate
 from solver.verification.cases import CHUTE, CONSERVATIVE, Points, chute
 from solver.verification.fine_solution import fine_solution, overlap
+from solver.verification.surfaces import Inclined
 
 TIMES = np.arange(3.0, 24.5, 3.0)
 SPACINGS = (0.4, 0.2, 0.1, 0.05, 0.025)
@@ -39,6 +42,9 @@ EDGE = 0.01
 CENTRE, RADIUS = 4.0, 1.85
 # Points of the lattice that a cloud's cells are measured with, for each of its spacings.
 FINER = 3
+FLOW = "axes of the flow"
+# Of the measurement of processor time: runs of each law, and the time that they go to.
+REPEATS, COST_TIME = 5, 9.0
 
 
 def laws(internal_friction: float) -> dict[str, EarthPressure]:
@@ -46,6 +52,7 @@ def laws(internal_friction: float) -> dict[str, EarthPressure]:
     angles = internal_friction, BED_FRICTION
     return {
         "smooth": MohrCoulomb(*angles),
+        FLOW: MohrCoulombFlow(*angles),
         "bare sign": MohrCoulomb(*angles, pressure_transition=0.0),
         "always active": Unswitched(*angles),
         "always passive": Stiff(*angles),
@@ -190,14 +197,40 @@ def report(finest: float, cloud: bool, only: str | None = None) -> Iterator[str]
                 yield from lines(name, *ladder(points, scene, law, spacings))
 
 
+def costs() -> Iterator[str]:
+    """Table processor time a cell-stage of each law, over that of K = 1, least of several runs in turn."""
+    bed = Inclined(30.0, 35.0)
+    scenes = {
+        "lattice": heap(lattice(0.1)),
+        "cloud": heap(CHUTE.cloud(0.15)),
+        "surface": replace(heap(lattice(0.1)), terrain=bed, boundaries=Boundaries()),
+    }
+    kinds = {"K = 1": Isotropic(), **laws(40.0)}
+    chosen = [name for name in kinds if name in ("K = 1", "smooth", FLOW)]
+    yield f"| | {' | '.join(chosen)} |"
+    yield "|---" * (1 + len(chosen)) + "|"
+    for title, scene in scenes.items():
+        scene = replace(scene, operators=prepare(scene.points, scene.scheme))
+        least = dict.fromkeys(chosen, np.inf)
+        for _ in range(REPEATS):
+            for name in chosen:
+                if title == "surface" and name == "smooth":
+                    continue
+                found = simulate(replace(scene, earth_pressure=kinds[name]), [COST_TIME])
+                least[name] = min(least[name], found.cpu_time / found.cell_stages)
+        ratios = (least[name] / least["K = 1"] for name in chosen)
+        yield f"| {title} | {' | '.join(f'{a:.2f}' if np.isfinite(a) else '-' for a in ratios)} |"
+
+
 def main() -> None:
     """Print the tables."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--finest", type=float, default=SPACINGS[-1], help="finest spacing, two dimensions")
     parser.add_argument("--cloud", action="store_true", help="also on clouds")
     parser.add_argument("--law", choices=list(laws(BED_FRICTION)), help="this law alone")
+    parser.add_argument("--cost", action="store_true", help="processor time of the laws in place of tables")
     given = parser.parse_args()
-    for line in report(given.finest, given.cloud, given.law):
+    for line in costs() if given.cost else report(given.finest, given.cloud, given.law):
         print(line, flush=True)
 
 

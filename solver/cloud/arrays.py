@@ -7,6 +7,7 @@ from typing import NamedTuple
 from solver.arrays import Array
 from solver.cloud.blocks import Activity, Blocks
 from solver.cloud.faces import Faces
+from solver.cloud.flow_axes import Ways
 from solver.cloud.fluxes import CloudBuffers
 from solver.cloud.reconstruction import Gradient, Strain
 from solver.kernels.erosion import Erosion
@@ -26,6 +27,8 @@ class CloudArrays(NamedTuple):
         (cells,), of the control volumes, m2.
     widths
         (5, cells), from `solver.cloud.status.widths_of`.
+    ways
+        To the neighbours, where the axes of the pressure are those of the flow; None elsewhere.
     """
 
     now: Fields
@@ -40,6 +43,7 @@ class CloudArrays(NamedTuple):
     faces: Faces
     gradient: Gradient
     strain: Strain
+    ways: Ways | None
     blocks: Blocks
     activity: Activity
     buffers: CloudBuffers

@@ -11,6 +11,7 @@ from solver.arrays import Array, Numbers
 from solver.cloud.faces import Faces, whole_blocks
 from solver.compiled import kernel
 from solver.kernels.earth_pressure import lean_of
+from solver.kernels.flow_axes import normal_pressure, sheared
 from solver.kernels.limiter import AHEAD, face_state, lead, least_shown, limited, steepness_of
 from solver.kernels.state import BELOW_YIELD, DEPTH, Fields, Sides, Status
 from solver.lmls.shape_functions import Approximation
@@ -338,7 +339,8 @@ def face_states(
         n_xi, n_yi = n_x * slopes[2, i] + n_y * slopes[4, i], n_x * slopes[3, i] + n_y * slopes[5, i]
         t_xi, t_yi = n_x * slopes[4, i] - n_y * slopes[2, i], n_x * slopes[5, i] - n_y * slopes[3, i]
         b_xi, b_yi, b_xj, b_yj = status.beta_x[i], status.beta_y[i], status.beta_x[j], status.beta_y[j]
-        b_i, b_j = b_xi * (n_x * n_x) + b_yi * (n_y * n_y), b_xj * (n_x * n_x) + b_yj * (n_y * n_y)
+        b_i = normal_pressure(status.beta_xy, i, b_xi, b_yi, n_x, n_y)
+        b_j = normal_pressure(status.beta_xy, j, b_xj, b_yj, n_x, n_y)
         c_i, c_j = math.sqrt(b_i * h_i), math.sqrt(b_j * h_j)
         one, two = (h_i, n_i, t_i), (h_j, n_j, t_j)
         h_low[k_], n_low[k_], t_low[k_] = state_at_face(
@@ -370,5 +372,7 @@ def face_states(
         static[k_], static[chunk + k_] = s_i, s_j
         l_x, l_y = g[6, f] * n_x, g[6, f] * n_y
         free_i, free_j = 0.0 if s_i == BELOW_YIELD else 1.0, 0.0 if s_j == BELOW_YIELD else 1.0
-        push[0, k_], push[1, k_] = free_i * (b_xi * l_x), free_i * (b_yi * l_y)
-        push[2, k_], push[3, k_] = free_j * (b_xj * l_x), free_j * (b_yj * l_y)
+        x_i, y_i = sheared(status.beta_xy, i, l_x, l_y)
+        x_j, y_j = sheared(status.beta_xy, j, l_x, l_y)
+        push[0, k_], push[1, k_] = free_i * (b_xi * l_x + x_i), free_i * (b_yi * l_y + y_i)
+        push[2, k_], push[3, k_] = free_j * (b_xj * l_x + x_j), free_j * (b_yj * l_y + y_j)

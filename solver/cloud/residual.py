@@ -17,6 +17,7 @@ from solver.cloud.fluxes import CloudBuffers, fluxes_through
 from solver.cloud.reconstruction import flatten_fed, slopes_at
 from solver.compiled import kernel
 from solver.kernels.boundary import account, stopped
+from solver.kernels.flow_axes import sheared
 from solver.kernels.friction import law_at
 from solver.kernels.limiter import EMPTIED, afforded
 from solver.kernels.source_terms import acting_share, update_cell
@@ -122,24 +123,25 @@ def limit_outflow(
             buffers.limited[i // LANES] = 1.0
             if j < faces.cells:
                 buffers.limited[j // LANES] = 1.0
-            mass, x, y = -halves[0, half], 0.0, 0.0
+            mass, out_x, out_y = -halves[0, half], 0.0, 0.0
             for side in range(2):
                 q, cell = (f, int(faces.left[f])) if side == 0 else (f + n, int(faces.right[f]))
                 pressed = (2 * side - 1) * faces.geometry[6, f] * buffers.pressed[f]
                 if status.static[cell] == BELOW_YIELD:
                     pressed = 0.0
-                push[0, side] = pressed * faces.geometry[0, f] * status.beta_x[cell]
-                push[1, side] = pressed * faces.geometry[1, f] * status.beta_y[cell]
+                l_x, l_y = pressed * faces.geometry[0, f], pressed * faces.geometry[1, f]
+                x, y = sheared(status.beta_xy, cell, l_x, l_y)
+                push[0, side], push[1, side] = l_x * status.beta_x[cell] + x, l_y * status.beta_y[cell] + y
                 if q == half:
-                    x, y = push[0, side] - halves[1, q], push[1, side] - halves[2, q]
-            mass, x, y = afforded((mass, x, y), lost, now.u[i], now.v[i])
+                    out_x, out_y = push[0, side] - halves[1, q], push[1, side] - halves[2, q]
+            mass, out_x, out_y = afforded((mass, out_x, out_y), lost, now.u[i], now.v[i])
             # what leaves this cell is what comes to the other
             for side in range(2):
                 q = f + side * n
                 out = -1.0 if q == half else 1.0
                 halves[0, q] = out * mass
-                halves[1, q] = out * x + push[0, side]
-                halves[2, q] = out * y + push[1, side]
+                halves[1, q] = out * out_x + push[0, side]
+                halves[2, q] = out * out_y + push[1, side]
 
 
 @kernel()

@@ -11,6 +11,7 @@ from solver.arrays import Array
 from solver.cloud.arrays import CloudArrays
 from solver.cloud.blocks import activity_of, spread_blocks
 from solver.cloud.faces import aligned, all_aligned
+from solver.cloud.flow_axes import ways_of
 from solver.cloud.fluxes import cloud_buffers
 from solver.cloud.operators import CloudOperators, prepare
 from solver.cloud.residual import cloud_stage
@@ -86,7 +87,11 @@ class CloudRun(Run):
         self.bed = all_aligned(bed)
         load = np.concatenate([self.bed.normal, self.bed.normal[volumes.side_cell], np.ones(LANES)])
         k_x, k_y = at_rest(self.material)
-        status = Status(load * k_x, load * k_y, np.full(len(load), DRY))
+        along_flow = scene.earth_pressure.along_flow
+        dry, shear = np.full(len(load), DRY), np.zeros(len(load))
+        k_y = k_x if along_flow else k_y
+        status = Status(load * k_x, load * k_y, dry, shear if along_flow else None)
+        self.ways = all_aligned(ways_of(volumes, operators.tables.gradient)) if along_flow else None
         self.status = all_aligned(status)
         self.activity, self.buffers = activity_of(faces), cloud_buffers(faces)
         self.record = all_aligned(Record(*(np.full(faces.cells, a) for a in (0.0, 0.0, 0.0, np.nan))))
@@ -115,6 +120,7 @@ class CloudRun(Run):
             faces=self.faces,
             gradient=tables.gradient,
             strain=tables.strain,
+            ways=self.ways,
             blocks=tables.blocks,
             activity=self.activity,
             buffers=self.buffers,

@@ -9,10 +9,12 @@ import numpy as np
 from solver.arrays import Array
 from solver.cloud.arrays import CloudArrays
 from solver.cloud.faces import Faces, beyond, fill_ghosts_beyond, half_of
+from solver.cloud.flow_axes import Ways, axes_at, strain_along_flow
 from solver.cloud.reconstruction import flatten_fed, slopes_at, strain_at
 from solver.compiled import kernel
 from solver.kernels.boundary import status_at_depth
 from solver.kernels.earth_pressure import earth_pressure, wave_speed
+from solver.kernels.flow_axes import normal_pressure, pressure_along_axes, sheared
 from solver.kernels.friction import below_yield, law_at, raised_rate
 from solver.kernels.state import (
     BELOW_YIELD,
@@ -58,6 +60,41 @@ def widths_of(volumes: ControlVolumes, faces: Faces) -> Array:
     return np.pad(widths, ((0, 0), (0, faces.cells - n)))
 
 
+@kernel(inline=True)
+def mean_pressure(shear: Array | None, i: int, b_x: float, b_y: float, m_x: float, m_xy: float) -> float:
+    """Pressure of cell i on its faces in the mean, by their mean n_x^2 and n_x n_y, m s-2."""
+    mean = m_x * b_x + (1.0 - m_x) * b_y
+    if shear is not None:
+        mean += 2.0 * m_xy * shear[i]
+    return mean
+
+
+@kernel(inline=True)
+def pressure_at(
+    shear: Array | None,
+    now: Fields,
+    slopes: Array,
+    bed: CloudBed,
+    material: Material,
+    rates: tuple[float, float],
+    decrease: float,
+    i: int,
+) -> tuple[float, float, float, float]:
+    """Earth pressure of cell i by the rates of stretching, as `earth_pressure`; fills ``beta_xy``."""
+    normal, (along, across) = bed.normal[i], rates
+    if shear is None:
+        b_x, b_y, wave_x, wave_y = earth_pressure(
+            along, across, decrease, normal, abs(slopes[0, i]), abs(slopes[1, i]), material
+        )
+        return b_x, b_y, wave_x, wave_y
+    axes = axes_at(now, slopes, bed, material.dry, i)
+    rise = slopes[0, i], slopes[1, i]
+    b_x, b_y, shear[i], wave_x, wave_y = pressure_along_axes(
+        axes, along, across, decrease, normal, rise, material
+    )
+    return b_x, b_y, wave_x, wave_y
+
+
 @kernel(unaliased=True)
 def set_status(
     now: Fields,
@@ -91,20 +128,22 @@ def set_status(
         w_x, w_y, around, m_x, m_xy = widths[0, i], widths[1, i], widths[2, i], widths[3, i], widths[4, i]
         tie = TIE * around * (abs(u) + abs(v) + math.sqrt(normal * h))
         u_x, v_y = slopes[6, i], slopes[7, i]
-        b_x, b_y, wave_x, wave_y = earth_pressure(
-            u_x if abs(u_x) > tie else 0.0,
-            v_y if abs(v_y) > tie else 0.0,
-            steepness * math.sqrt(h / normal) if wet else 0.0,
-            normal,
-            abs(slopes[0, i]),
-            abs(slopes[1, i]),
+        b_x, b_y, wave_x, wave_y = pressure_at(
+            status.beta_xy,
+            now,
+            slopes,
+            bed,
             material,
+            (u_x if abs(u_x) > tie else 0.0, v_y if abs(v_y) > tie else 0.0),
+            steepness * math.sqrt(h / normal) if wet else 0.0,
+            i,
         )
         status.beta_x[i], status.beta_y[i] = b_x, b_y
         status.static[i] = 0.0 if wet else DRY
         # around is 0 where there is no cell
         wave = (w_x * wave_x + w_y * wave_y) / (around + 1e-300)
-        waves = around * wave_speed(wave, m_x * b_x + (1.0 - m_x) * b_y, h)
+        b_mean = mean_pressure(status.beta_xy, i, b_x, b_y, m_x, m_xy)
+        waves = around * wave_speed(wave, b_mean, h)
         square = m_x * (u * u) + (1.0 - m_x) * (v * v) + 2.0 * m_xy * (u * v)
         mean, most = around * math.sqrt(square if square > 0.0 else 0.0), w_x * abs(u) + w_y * abs(v)
         leaving = (mean if mean < most else most) + waves
@@ -137,8 +176,10 @@ def is_static(
             continue
         d_x, d_y = sign * faces.geometry[2, f], sign * faces.geometry[3, f]
         more = (h[j] - h[i] - slopes[0, i] * d_x - slopes[1, i] * d_y) / (d_x * d_x + d_y * d_y)
-        pull_x = b_x * (slopes[0, i] + more * d_x) - bed.along[i]
-        pull_y = b_y * (slopes[1, i] + more * d_y)
+        rise_x, rise_y = slopes[0, i] + more * d_x, slopes[1, i] + more * d_y
+        more_x, more_y = sheared(status.beta_xy, i, rise_x, rise_y)
+        pull_x = b_x * rise_x + more_x - bed.along[i]
+        pull_y = b_y * rise_y + more_y
         if h[j] <= material.dry and pull_x * d_x + pull_y * d_y >= 0.0:
             continue
         if not below_yield(law_at(material.law, i), pull_x, pull_y, 0.5 * (h[i] + h[j]), bed.normal[i]):
@@ -168,13 +209,29 @@ def classify_ghosts(
         if sides.kind[faces.side[b]] == DEPTH and h[ghost] > material.dry:
             n_x, n_y = faces.geometry[0, f], faces.geometry[1, f]
             way = faces.geometry[2, f] * n_x + faces.geometry[3, f] * n_y
-            b_n = b_x * n_x * n_x + b_y * n_y * n_y
+            b_n = normal_pressure(status.beta_xy, i, b_x, b_y, n_x, n_y)
             drive = b_n * (h[ghost] - h[i]) / way - n_x * bed.along[i]
             status.static[ghost], speed = status_at_depth(
                 status.static[ghost], h[ghost], h[i], drive, b_n, bed.normal[i], law_at(material.law, i)
             )
             fastest = max(fastest, speed * faces.geometry[6, f] / area[i])
     return fastest
+
+
+@kernel()
+def find_strain(ways: Ways | None, arrays: CloudArrays, start: int, stop: int) -> None:
+    """Find how a run of cells is strained, along x and y or along the axes of the flow."""
+    now, neighbours, strain, slopes = (
+        arrays.now,
+        arrays.gradient.neighbours,
+        arrays.strain,
+        arrays.buffers.slopes,
+    )
+    if ways is None:
+        strain_at(now, neighbours, strain, start, stop, arrays.material.dry, slopes)
+    else:
+        about = arrays.bed, arrays.material
+        strain_along_flow(now, neighbours, strain, ways, *about, start, stop, slopes)
 
 
 @kernel()
@@ -196,7 +253,7 @@ def classify_cloud(arrays: CloudArrays) -> float:
         fill_ghosts_beyond(now, status.beta_x, status.beta_y, faces, sides, first, last)
         slopes_at(now, arrays.gradient, start, stop, material.dry, slopes)
         if material.transition[1] > 0.0:
-            strain_at(now, arrays.gradient.neighbours, arrays.strain, start, stop, material.dry, slopes)
+            find_strain(arrays.ways, arrays, start, stop)
         flatten_fed(slopes, faces, sides, first, last)
         set_status(now, slopes, status, bed, material, arrays.widths, start, stop, rate)
         for b in range(start // LANES, stop // LANES):

@@ -114,6 +114,8 @@ class CollocationRun(Run):
             raise TypeError(f"a collocation run needs its scheme, not a {type(scheme).__name__}")
         if not isinstance(scene.friction, Coulomb):
             raise ValueError("the collocation form knows coulomb and voellmy friction alone")
+        if scene.earth_pressure.along_flow:
+            raise ValueError("the collocation form knows no earth pressure with the axes of the flow")
         if scene.zones:
             raise ValueError("the collocation form knows no zones of friction")
         self.operators = operators = operators_of(scene, scheme)

@@ -150,11 +150,14 @@ class Status(NamedTuple):
         Earth pressure, g cos(xi) K (eq. 7), m s-2.
     static
         DRY, or BELOW_YIELD at rest, else 0.
+    beta_xy
+        g cos(xi) K_xy, m s-2, where the axes of the pressure are those of the flow; None elsewhere.
     """
 
     beta_x: Array
     beta_y: Array
     static: Array
+    beta_xy: Array | None = None
 
 
 class CloudBed(NamedTuple):

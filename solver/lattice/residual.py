@@ -19,6 +19,7 @@ import numpy as np
 from solver.arrays import Array
 from solver.compiled import ONE, kernel
 from solver.kernels.boundary import account, boundary_flux, stopped
+from solver.kernels.flow_axes import sheared
 from solver.kernels.friction import law_at
 from solver.kernels.limiter import EMPTIED, afforded
 from solver.kernels.riemann import hll
@@ -212,7 +213,7 @@ def stage(
     room = m + LANES
     along, across, x_fluxes, y_fluxes, lost, before = arrays.buffers
     h, u, v = now
-    beta_x, beta_y, static = status
+    beta_x, beta_y, static = status.beta_x, status.beta_y, status.static
     x_mass, y_mass = x_fluxes.mass, y_fluxes.mass
     west, east, low, high = sides.kind[0], sides.kind[1], sides.kind[2], sides.kind[3]
     fill_ghosts(now, beta_x, beta_y, sides, grid, spans, first, last)
@@ -425,6 +426,13 @@ def update_row(
         load, free = acting * h, acting * free
         push_x = status.beta_x[i] * (x_fluxes.pressure[w] - x_fluxes.pressure[e]) * over_x
         push_y = status.beta_y[i] * (y_fluxes.pressure[s] - y_fluxes.pressure[n]) * over_y
+        more_x, more_y = sheared(
+            status.beta_xy,
+            i,
+            (x_fluxes.pressure[w] - x_fluxes.pressure[e]) * over_x,
+            (y_fluxes.pressure[s] - y_fluxes.pressure[n]) * over_y,
+        )
+        push_x, push_y = push_x + more_x, push_y + more_y
         out.h[i], out.u[i], out.v[i] = update_cell(
             (start.h[c], start.u[c], start.v[c]),
             (h, now.u[i], now.v[i]),

@@ -157,11 +157,13 @@ class LatticeRun(Run):
         size, stride = self.grid.rows * self.grid.stride, self.grid.stride
         self.now, *self.stages = (Fields(*(roomy(size) for _ in range(3))) for _ in range(3))
         load = np.tile(self.bed.normal, self.grid.rows)
+        along_flow = self.scene.earth_pressure.along_flow
         k_x, k_y = at_rest(self.material)
         self.status = Status(
             roomy(size, load * k_x),
-            roomy(size, load * k_y),
+            roomy(size, load * (k_x if along_flow else k_y)),
             roomy(size, np.full(size, DRY)),
+            roomy(size) if along_flow else None,
         )
         empty = np.zeros((2, self.grid.rows), dtype=np.int64)
         self.spans = Spans(empty, empty.copy(), empty.copy(), np.zeros(stride))
@@ -232,7 +234,7 @@ class LatticeRun(Run):
 
     def _grow(self) -> None:
         """Give the flow more room on the sides that it has come to."""
-        carried = [*self.now, *self.status]
+        carried = [*self.now, *self._status]
         if self.scene.erodible_bed is not None:
             carried.append(self.erosion.eroded)
         before, views = self.window, [self._inner(a) for a in carried]
@@ -252,11 +254,11 @@ class LatticeRun(Run):
         self._make(before.grown((south, north, west, east), self.part.room))
         down, right = before.south - self.window.south, before.west - self.window.west
         place = slice(down, down + ny), slice(right, right + nx)
-        for old, new in zip(views, (*self.now, *self.status, self.erosion.eroded), strict=False):
+        for old, new in zip(views, (*self.now, *self._status, self.erosion.eroded), strict=False):
             self._inner(new)[place] = old
         # of ghosts only the status lasts from step to step
         image = GHOSTS + (1 if self.window_sides.kind[2] == AXIS else 0)
-        for new in self.status:
+        for new in self._status:
             padded = new.reshape(self.grid.rows, self.grid.stride)
             padded[GHOSTS - 1], padded[-GHOSTS] = padded[image], padded[-GHOSTS - 1]
             padded[:, GHOSTS - 1], padded[:, -GHOSTS] = padded[:, GHOSTS], padded[:, -GHOSTS - 1]
@@ -266,6 +268,11 @@ class LatticeRun(Run):
         self.spans.wet[:, GHOSTS + down : GHOSTS + down + ny] = np.where(
             inside[0] < inside[1], inside + right, 0
         )
+
+    @property
+    def _status(self) -> list[Array]:
+        """Arrays of the status."""
+        return [values for values in self.status if values is not None]
 
     @property
     def arrays(self) -> LatticeArrays:

@@ -10,7 +10,8 @@ from solver.arrays import Array
 from solver.compiled import ONE, kernel
 from solver.kernels.boundary import status_at_depth
 from solver.kernels.earth_pressure import earth_pressure, stretching, wave_speed
-from solver.kernels.friction import faces_below_yield, law_at, raised_rate
+from solver.kernels.flow_axes import pressure_along_axes, strain_along_axes, traction_axes
+from solver.kernels.friction import below_yield, faces_below_yield, law_at, raised_rate
 from solver.kernels.state import (
     AXIS,
     BELOW_YIELD,
@@ -129,10 +130,7 @@ def classify_run(
     cell, column, count : int
         Index of the first cell, its column, number of cells.
     """
-    if material.transition[1] > 0.0:
-        choose_pressure(now, status, bed, material, grid, rate, cell, column, count)
-    else:
-        fix_pressure(now, status, bed, material, grid, rate, cell, column, count)
+    set_pressure(status.beta_xy, now, status, bed, material, grid, rate, cell, column, count)
     h, u, v = now
     dry, one, row = material.dry, np.uint64(1), np.uint64(grid.stride)
     over_x, over_y = 1.0 / grid.dx, 1.0 / grid.dy
@@ -149,6 +147,133 @@ def classify_run(
         rests &= faces_below_yield(law_at(material.law, i), back, forth, h[i], behind, ahead, bed.normal[c])
         static = BELOW_YIELD if rests else 0.0
         status.static[i] = static if h[i] > dry else DRY
+    hold_along_flow(status.beta_xy, now, status, bed, material, grid, cell, column, count)
+
+
+@kernel()
+def set_pressure(
+    shear: Array | None,
+    now: Fields,
+    status: Status,
+    bed: Bed,
+    material: Material,
+    grid: Grid,
+    rate: Array,
+    cell: int,
+    column: int,
+    count: int,
+) -> None:
+    """Set the earth pressure of a run of cells by the law; ``shear`` is ``beta_xy`` of the status."""
+    if shear is None:
+        if material.transition[1] > 0.0:
+            choose_pressure(now, status, bed, material, grid, rate, cell, column, count)
+        else:
+            fix_pressure(now, status, bed, material, grid, rate, cell, column, count)
+    else:
+        choose_along_flow(shear, now, status, bed, material, grid, rate, cell, column, count)
+
+
+@kernel(unaliased=True)
+def choose_along_flow(
+    shear: Array,
+    now: Fields,
+    status: Status,
+    bed: Bed,
+    material: Material,
+    grid: Grid,
+    rate: Array,
+    cell: int,
+    column: int,
+    count: int,
+) -> None:
+    """Set the earth pressure of a run of cells with the axes of the flow, as `choose_pressure` otherwise.
+
+    What is dry has the pressure of rest along the way that it will be pushed, whatever that is.
+
+    Parameters
+    ----------
+    shear : flat array
+        ``beta_xy`` of the status, filled.
+    """
+    h, u, v = now
+    dry, one, row = material.dry, np.uint64(1), np.uint64(grid.stride)
+    over_x, over_y = 1.0 / grid.dx, 1.0 / grid.dy
+    half_x, half_y = 0.5 * over_x, 0.5 * over_y
+    for k in range(count):
+        i, c = np.uint64(cell) + np.uint64(k), np.uint64(column) + np.uint64(k)
+        w, e, s, n = i - one, i + one, i - row, i + row
+        h_i, u_i, v_i, normal = h[i], u[i], v[i], bed.normal[c]
+        wet, wet_e, wet_w, wet_n, wet_s = h_i > dry, h[e] > dry, h[w] > dry, h[n] > dry, h[s] > dry
+        # loaded before they are chosen from: a choice of address would be gathered
+        u_e, u_w, u_n, u_s, v_e, v_w, v_n, v_s = u[e], u[w], u[n], u[s], v[e], v[w], v[n], v[s]
+        forth_ux, back_ux = u_e - u_i if wet_e else 0.0, u_i - u_w if wet_w else 0.0
+        forth_vx, back_vx = v_e - v_i if wet_e else 0.0, v_i - v_w if wet_w else 0.0
+        forth_uy, back_uy = u_n - u_i if wet_n else 0.0, u_i - u_s if wet_s else 0.0
+        forth_vy, back_vy = v_n - v_i if wet_n else 0.0, v_i - v_s if wet_s else 0.0
+        rise = half_x * (h[e] - h[w]), half_y * (h[n] - h[s])
+        axes = traction_axes((u_i, v_i), h_i, (bed.along[c], 0.0), normal, rise, wet)
+        along, across = strain_along_axes(
+            axes,
+            (half_x * (forth_ux + back_ux), half_x * (forth_vx + back_vx)),
+            (half_y * (forth_uy + back_uy), half_y * (forth_vy + back_vy)),
+            (half_x * (forth_ux - back_ux), half_x * (forth_vx - back_vx)),
+            (half_y * (forth_uy - back_uy), half_y * (forth_vy - back_vy)),
+            rise,
+            (1.0, 0.0, 1.0),
+        )
+        decrease = bed.steepness[c] * math.sqrt(h_i) if wet else 0.0
+        b_x, b_y, b_xy, wave_x, wave_y = pressure_along_axes(
+            axes, along, across, decrease, normal, rise, material
+        )
+        status.beta_x[i], status.beta_y[i], shear[i] = b_x, b_y, b_xy
+        this = (abs(u_i) + wave_speed(wave_x, b_x, h_i)) * over_x
+        this += (abs(v_i) + wave_speed(wave_y, b_y, h_i)) * over_y
+        this = raised_rate(law_at(material.law, i), this, h_i, normal, dry)
+        this = this if wet else 0.0
+        rate[c] = this if this > rate[c] else rate[c]
+
+
+@kernel()
+def hold_along_flow(
+    shear: Array | None,
+    now: Fields,
+    status: Status,
+    bed: Bed,
+    material: Material,
+    grid: Grid,
+    cell: int,
+    column: int,
+    count: int,
+) -> None:
+    """Say which cells of a run are below yield, as `classify_run` does without what pressure shears.
+
+    At a face the slope in the other direction, the mean one, drives as well.
+    """
+    if shear is None:
+        return
+    h, u, v = now
+    dry, one, row = material.dry, np.uint64(1), np.uint64(grid.stride)
+    over_x, over_y = 1.0 / grid.dx, 1.0 / grid.dy
+    for k in range(count):
+        i, c = np.uint64(cell) + np.uint64(k), np.uint64(column) + np.uint64(k)
+        if u[i] != 0.0 or v[i] != 0.0 or h[i] <= dry:
+            continue
+        w, e, s, n = i - one, i + one, i - row, i + row
+        b_x, b_y, b_xy = status.beta_x[i], status.beta_y[i], shear[i]
+        pull, normal, law = bed.along[c], bed.normal[c], law_at(material.law, i)
+        back_x, forth_x = (h[i] - h[w]) * over_x, (h[e] - h[i]) * over_x
+        back_y, forth_y = (h[i] - h[s]) * over_y, (h[n] - h[i]) * over_y
+        mean_x, mean_y = 0.5 * (back_x + forth_x), 0.5 * (back_y + forth_y)
+        rests = True
+        for r_x, r_y, beyond in (
+            (back_x, mean_y, h[w]),
+            (forth_x, mean_y, h[e]),
+            (mean_x, back_y, h[s]),
+            (mean_x, forth_y, h[n]),
+        ):
+            drive_x, drive_y = b_x * r_x + b_xy * r_y - pull, b_xy * r_x + b_y * r_y
+            rests &= below_yield(law, drive_x, drive_y, 0.5 * (h[i] + beyond), normal)
+        status.static[i] = BELOW_YIELD if rests else 0.0
 
 
 @kernel()

@@ -49,6 +49,9 @@ class Transition(NamedTuple):
 class EarthPressure(Checked):
     """Base of laws of earth pressure."""
 
+    along_flow: ClassVar[bool] = False
+    """Whether the axes are those of basal traction; those of the profile otherwise."""
+
     def coefficients(self) -> PressureCoefficients:
         """Give the coefficients of every state."""
         raise NotImplementedError
@@ -75,7 +78,9 @@ class Isotropic(EarthPressure):
 
 @parametric
 class MohrCoulomb(EarthPressure):
-    """Mohr-Coulomb earth pressure, active where the flow stretches and passive where it is compressed.
+    """Earth pressure of Mohr and Coulomb along and across the profile, active where the flow stretches.
+
+    It is passive where the flow is compressed.
 
     Raises
     ------
@@ -84,10 +89,10 @@ class MohrCoulomb(EarthPressure):
         negative or not finite.
     """
 
-    advice: ClassVar[str] = "dry granular flow"
+    advice: ClassVar[str] = "dry granular flow on a slope profile"
 
     internal_friction: float = parameter(
-        "internal friction angle phi, at least `bed_friction`; needed with mohr-coulomb",
+        "internal friction angle phi, at least `bed_friction`; needed with Mohr-Coulomb earth pressure",
         "degrees",
         at_least=0,
         below=90,
@@ -105,9 +110,10 @@ class MohrCoulomb(EarthPressure):
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.internal_friction < self.bed_friction:
+            law = "mohr-coulomb-flow" if self.along_flow else "mohr-coulomb"
             found = (
                 f"expected at most internal_friction ({self.internal_friction:g}) with earth_pressure "
-                f"mohr-coulomb, found {self.bed_friction:g}"
+                f"{law}, found {self.bed_friction:g}"
             )
             raise ParameterError(found, "bed_friction", "internal_friction")
 
@@ -143,5 +149,16 @@ class MohrCoulomb(EarthPressure):
         return Transition(0.5, 0.5 / self.pressure_transition, self.pressure_transition / wide)
 
 
-LAWS: tuple[type[EarthPressure], ...] = (MohrCoulomb, Isotropic)
+@parametric
+class MohrCoulombFlow(MohrCoulomb):
+    """Earth pressure of Mohr and Coulomb along and across the flow, whatever way it goes.
+
+    At rest the axes are those of what drives it. Where it moves along the profile it is `MohrCoulomb`.
+    """
+
+    advice: ClassVar[str] = "dry granular flow on an elevation model"
+    along_flow: ClassVar[bool] = True
+
+
+LAWS: tuple[type[EarthPressure], ...] = (MohrCoulomb, Isotropic, MohrCoulombFlow)
 """All laws of earth pressure. A law that is named here can be chosen in a scenario file."""

@@ -17,6 +17,7 @@ from solver.lattice.arrays import Buffers
 from solver.lattice.spans import Spans
 from solver.lattice.walls import Walls
 from solver.surface.metric import Metric
+from solver.surface.pressure import Pressure
 
 
 class SurfaceArrays(NamedTuple):
@@ -28,6 +29,8 @@ class SurfaceArrays(NamedTuple):
         States at the start of the step and after its stages.
     static
         DRY or BELOW_YIELD where a cell is so, else 0; flat array of the padded lattice.
+    pressure
+        Where the axes of the pressure are those of the flow; None where it is isotropic.
     inner
         (4,), whether a side is inside the lattice: what comes to it stops the run before the step.
     walls
@@ -38,6 +41,7 @@ class SurfaceArrays(NamedTuple):
     first_stage: Fields
     second_stage: Fields
     static: Array
+    pressure: Pressure | None
     metric: Metric
     material: Material
     sides: Sides

@@ -19,7 +19,7 @@ def edge_values(
     h: Array,
     u: Array,
     v: Array,
-    g_n: Array,
+    beta: Array,
     edges: EdgeFrames,
     cell: int,
     neighbour: int,
@@ -37,8 +37,8 @@ def edge_values(
     ----------
     h, u, v : flat arrays
         Depth (m) and velocity in the frames of the cells (m s-1).
-    g_n : flat array
-        Gravity normal to the bed, m s-2.
+    beta : flat array
+        Pressure on the edges, g_n K, m s-2.
     edges : EdgeFrames
         Of the direction.
     cell, neighbour, count, dry, out, to
@@ -62,19 +62,19 @@ def edge_values(
         back, forth = low_n - behind, ahead - high_n
         mean = 0.5 * (low_n + high_n)
         steepness = steepness_of(mean - back, mean + forth)
-        out.c[o] = math.sqrt(g_n[i] * h_i)
+        out.c[o] = math.sqrt(beta[i] * h_i)
         h_low, h_high = steps_to_faces(h_i - h_b, h_a - h_i, steepness)
         n_low, n_high = steps_to_faces(back, forth, steepness)
         t_back = low_t - (t_b if h_b > dry else low_t)
         t_forth = (t_a if h_a > dry else high_t) - high_t
         t_low, t_high = steps_to_faces(t_back, t_forth, 2.0)
         # what is ahead, in the frame of the edge behind, and what is behind in that of the edge ahead
-        led_by = h_a, n_a + (low_n - high_n), g_n[a] * h_a
+        led_by = h_a, n_a + (low_n - high_n), beta[a] * h_a
         least = least_shown(h_i, lead(low_n, led_by[1], -1.0), led_by[2])
         out.h_low[o], out.n_low[o], out.t_low[o] = face_state(
             (h_i, low_n, low_t), (h_i + h_low, n_low, t_low), h_b, led_by, least, -1.0, dry
         )
-        led_by = h_b, n_b + (high_n - low_n), g_n[b] * h_b
+        led_by = h_b, n_b + (high_n - low_n), beta[b] * h_b
         least = least_shown(h_i, lead(high_n, led_by[1], 1.0), led_by[2])
         out.h_high[o], out.n_high[o], out.t_high[o] = face_state(
             (h_i, high_n, high_t), (h_i + h_high, n_high, t_high), h_a, led_by, least, 1.0, dry

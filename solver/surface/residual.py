@@ -26,6 +26,7 @@ from solver.lattice.spans import hull
 from solver.lattice.walls import close_x, close_y
 from solver.surface.arrays import SurfaceArrays
 from solver.surface.metric import EdgeFrames, Metric
+from solver.surface.pressure import Pressure, over_edges, pushed
 from solver.surface.reconstruction import edge_values
 from solver.surface.walls import edges_beside
 
@@ -130,6 +131,7 @@ def update_row(
     now: Fields,
     out: Fields,
     static: Array,
+    pressure: Pressure | None,
     metric: Metric,
     material: Material,
     cell: int,
@@ -161,15 +163,30 @@ def update_row(
         acting = acting_share(h_1, h_1 + dt * gain)
         load, free = acting * h_1, 0.0 if static[i] == BELOW_YIELD else 1.0
         push = acting * (free * g_n)
-        n_w, n_e = x_normal[f_w] + push * x_pressure[f_w], x_normal[f_e] + push * x_pressure[f_e]
-        n_s, n_n = y_normal[f_s] + push * y_pressure[f_s], y_normal[f_n] + push * y_pressure[f_n]
+        n_w, n_e, n_s, n_n = x_normal[f_w], x_normal[f_e], y_normal[f_s], y_normal[f_n]
+        pressed_u = pressed_v = 0.0
+        if pressure is None:
+            n_w, n_e = n_w + push * x_pressure[f_w], n_e + push * x_pressure[f_e]
+            n_s, n_n = n_s + push * y_pressure[f_s], n_n + push * y_pressure[f_n]
+        else:
+            p_w, p_e, p_s, p_n = x_pressure[f_w], x_pressure[f_e], y_pressure[f_s], y_pressure[f_n]
+            pressed_u, pressed_v = pushed(
+                pressure,
+                i,
+                g_n,
+                (x_ch[w] * p_w - x_cl[i] * p_e) + (y_ch[s] * p_s - y_cl[i] * p_n),
+                (x_sh[w] * p_w - x_sl[i] * p_e) + (y_sh[s] * p_s - y_sl[i] * p_n),
+            )
+            pressed_u, pressed_v = (acting * free) * pressed_u, (acting * free) * pressed_v
         t_w, t_e, t_s, t_n = x_tangential[f_w], x_tangential[f_e], y_tangential[f_s], y_tangential[f_n]
         gain_u = ((x_ch[w] * n_w - x_sh[w] * t_w) - (x_cl[i] * n_e - x_sl[i] * t_e)) + (
             (y_ch[s] * n_s - y_sh[s] * t_s) - (y_cl[i] * n_n - y_sl[i] * t_n)
         )
+        gain_u += pressed_u
         gain_v = ((x_sh[w] * n_w + x_ch[w] * t_w) - (x_sl[i] * n_e + x_cl[i] * t_e)) + (
             (y_sh[s] * n_s + y_ch[s] * t_s) - (y_sl[i] * n_n + y_cl[i] * t_n)
         )
+        gain_v += pressed_v
         bend = (
             metric.k_11[i] * (u_1 * u_1) + metric.k_22[i] * (v_1 * v_1) + 2.0 * metric.k_12[i] * (u_1 * v_1)
         )
@@ -215,21 +232,23 @@ def stage(
         Time step, s.
     """
     static, metric, material, grid = arrays.static, arrays.metric, arrays.material, arrays.grid
+    pressure = arrays.pressure
+    beta_x, beta_y = over_edges(pressure, metric.g_n)
     spans, walls, m, dry = arrays.spans.stepped, arrays.walls, grid.stride, material.dry
     inflows, sections = arrays.inflows, arrays.sections
     comes_in, measured = len(inflows.cell) > 0, len(sections.volume) > 0
     room = m + LANES
     along, across, x_fluxes, y_fluxes, lost, before = arrays.buffers
     h, u, v = now
-    x, y, g_n = metric.x_edges, metric.y_edges, metric.g_n
+    x, y = metric.x_edges, metric.y_edges
     x_mass, y_mass = x_fluxes.mass, y_fluxes.mass
     short_before = False
     for j in range(first - 1, last + 2):
         ring, below = (j % RING) * room, ((j - 1) % RING) * room
         for k in range(j if j < first else j + 1, j + 2):
             a, b = hull(spans, k - 1, k + 1)
-            edge_values(h, u, v, g_n, y, k * m + a, m, whole(b - a), dry, across, (k % 2) * room + a)
-            edges_beside(now, walls, g_n, y, k, m, m, dry, across, (k % 2) * room)
+            edge_values(h, u, v, beta_y, y, k * m + a, m, whole(b - a), dry, across, (k % 2) * room + a)
+            edges_beside(now, walls, beta_y, y, k, m, m, dry, across, (k % 2) * room)
         a, b = hull(spans, j, j + 1)
         one, two = (j % 2) * room + a, ((j + 1) % 2) * room + a
         hll(across, one, across, two, static, j * m + a, m, whole(b - a), dry, y_fluxes, ring + a)
@@ -239,8 +258,8 @@ def stage(
         a, b = spans[0, j], spans[1, j]
         if a < b:
             cell = j * m + a - 1
-            edge_values(h, u, v, g_n, x, cell, ONE, whole(b - a + 2), dry, along, a - 1)
-            edges_beside(now, walls, g_n, x, j, m, ONE, dry, along, 0)
+            edge_values(h, u, v, beta_x, x, cell, ONE, whole(b - a + 2), dry, along, a - 1)
+            edges_beside(now, walls, beta_x, x, j, m, ONE, dry, along, 0)
             hll(along, a - 1, along, a, static, cell, ONE, whole(b - a + 1), dry, x_fluxes, ring + a)
             close_x(walls, j, m, along, x_fluxes, ring)
             lengthen(x_fluxes, ring + a, x.length, cell, b - a + 1)
@@ -286,6 +305,7 @@ def stage(
                 now,
                 out,
                 static,
+                pressure,
                 metric,
                 material,
                 cell,
@@ -308,4 +328,4 @@ def stage(
                 break
             cell, c, count = inflows.cell[e], inflows.column[e], 1
             at = x_fluxes, below + c, y_fluxes, south - a + c, below + c
-            begin, e = e, admit(inflows, e, *at, h[cell], u[cell], v[cell], g_n[cell], g_n[cell])
+            begin, e = e, admit(inflows, e, *at, h[cell], u[cell], v[cell], beta_x[cell], beta_y[cell])

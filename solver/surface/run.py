@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
 from solver.arrays import Array
+from solver.kernels.earth_pressure import at_rest
 from solver.kernels.runge_kutta import Limits
 from solver.kernels.sections.inflow import HIGH_X, LOW_X, LOW_Y
 from solver.kernels.state import GHOSTS, Bed
@@ -15,9 +18,11 @@ from solver.lattice.window import Part, Window
 from solver.physics.earth_pressure import Isotropic
 from solver.physics.elevation import Surface, edges_of, frames_of, lifted_area, plan_slopes
 from solver.points.lattice import Lattice
+from solver.run import by_name
 from solver.scene import Scene
 from solver.surface.arrays import SurfaceArrays
 from solver.surface.metric import Metric, metric_of
+from solver.surface.pressure import pressure_of
 from solver.surface.residual import stage
 from solver.surface.status import classify_surface
 from solver.surface.time_stepping import advance_among_buildings, advance_surface, empty_drains
@@ -44,7 +49,7 @@ class SurfaceRun(LatticeRun):
     Raises
     ------
     ValueError
-        If cells are not square in plan, earth pressure is not isotropic, or a side is not open.
+        If cells are not square in plan, earth pressure has the axes of a profile, or a side is not open.
     """
 
     def __init__(self, scene: Scene, end: float, arrival_depth: float, whole: bool = False) -> None:
@@ -53,8 +58,9 @@ class SurfaceRun(LatticeRun):
             raise TypeError("a run on a surface needs a surface and a lattice")
         if abs(lattice.dx - lattice.dy) > 1e-9 * lattice.dx:
             raise ValueError("cells on a surface must be square in plan")
-        if not isinstance(scene.earth_pressure, Isotropic):
-            raise ValueError("earth pressure on a surface must be isotropic")
+        pressure = scene.earth_pressure
+        if not (isinstance(pressure, Isotropic) or pressure.along_flow):
+            raise ValueError("earth pressure on a surface must be isotropic or have the axes of the flow")
         self.surface = surface
         edges = (edges_of(a, lattice.dx) for a in (lattice.x_points, lattice.y_points))
         self._corners = surface.corners(*edges)
@@ -99,6 +105,9 @@ class SurfaceRun(LatticeRun):
             scene.least_coefficient,
             scene.scheme.cfl,
         )
+        self.pressure = None
+        if scene.earth_pressure.along_flow:
+            self.pressure = pressure_of(self.metric, at_rest(self.material)[0])
         super()._make(window)
         if self.walls is not None:
             set_walls(self.walls, self.metric, self.grid.stride, d, scene.least_coefficient)
@@ -132,6 +141,16 @@ class SurfaceRun(LatticeRun):
         )
 
     @property
+    def _status(self) -> list[Array]:
+        """Arrays of the status, and of the earth pressure."""
+        return [*super()._status, *(self.pressure or ())]
+
+    @property
+    def carried(self) -> dict[str, NDArray[Any]]:
+        """The same, and the earth pressure."""
+        return super().carried | ({} if self.pressure is None else by_name(pressure=self.pressure))
+
+    @property
     def arrays(self) -> SurfaceArrays:  # type: ignore[override]
         """What the kernels read and write."""
         return SurfaceArrays(
@@ -139,6 +158,7 @@ class SurfaceRun(LatticeRun):
             first_stage=self.stages[0],
             second_stage=self.stages[1],
             static=self.status.static,
+            pressure=self.pressure,
             metric=self.metric,
             material=self.material,
             sides=self.window_sides,
@@ -161,7 +181,7 @@ class SurfaceRun(LatticeRun):
         """Classify the cells, or take a stage of no length."""
         if piece == 0:
             about = self.metric, self.material, self.grid
-            classify_surface(self.now, self.status.static, *about, self.spans)
+            classify_surface(self.now, self.status.static, self.pressure, *about, self.spans)
             return
         stage(self.arrays, self.now, self.now, self.stages[0], GHOSTS, GHOSTS, 1.0, 1.0, 0.0)
 

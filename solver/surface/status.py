@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from solver.arrays import Array
@@ -14,6 +12,7 @@ from solver.kernels.state import BELOW_YIELD, DRY, GHOSTS, Fields, Grid, Materia
 from solver.lattice.spans import Spans, trim
 from solver.physics.resistance import Uniform
 from solver.surface.metric import Metric
+from solver.surface.pressure import Pressure, pushed, set_pressure, waves_over_edges
 
 
 @kernel(inline=True)
@@ -24,6 +23,8 @@ def rests(
     slope: tuple[float, float, float],
     gravity: tuple[float, float, float],
     law: Uniform,
+    pressure: Pressure | None,
+    i: int,
 ) -> bool:
     """Whether friction balances gravity and a slope of depth in plan.
 
@@ -39,10 +40,13 @@ def rests(
         Along e1 and e2 and normal to the bed, m s-2.
     law : named tuple
         Of basal friction.
+    pressure, i
+        Earth pressure, if it is not isotropic, and the cell.
     """
     p, r, q = slope
     g_1, g_2, g_n = gravity
-    drive_x, drive_y = g_n * (p * h_x) - g_1, g_n * (r * h_x + q * h_y) - g_2
+    push_x, push_y = pushed(pressure, i, g_n, p * h_x, r * h_x + q * h_y)
+    drive_x, drive_y = push_x - g_1, push_y - g_2
     held: bool = below_yield(law, drive_x, drive_y, h, g_n)
     return held
 
@@ -51,6 +55,7 @@ def rests(
 def classify_row(
     now: Fields,
     static: Array,
+    pressure: Pressure | None,
     metric: Metric,
     material: Material,
     grid: Grid,
@@ -64,6 +69,7 @@ def classify_row(
     A cell is static if it is dry, or at rest where the driving acceleration is at most ``R(0, h)`` at
     each of its edges, with the mean slope of depth in the other direction.
     """
+    set_pressure(now, pressure, metric, material, grid, cell, count)
     h, u, v = now
     dry, one, row = material.dry, np.uint64(1), np.uint64(grid.stride)
     over = 1.0 / grid.dx
@@ -81,18 +87,18 @@ def classify_row(
         mean_y = mean_drive(law, back_y, forth_y, h_s, h_n, h_i)
         u_i, v_i = u[i], v[i]
         held = (u_i * u_i + v_i * v_i) == 0.0
-        held &= rests(back_x, mean_y, h_w, slope, gravity, law)
-        held &= rests(forth_x, mean_y, h_e, slope, gravity, law)
-        held &= rests(mean_x, back_y, h_s, slope, gravity, law)
-        held &= rests(mean_x, forth_y, h_n, slope, gravity, law)
+        held &= rests(back_x, mean_y, h_w, slope, gravity, law, pressure, i)
+        held &= rests(forth_x, mean_y, h_e, slope, gravity, law, pressure, i)
+        held &= rests(mean_x, back_y, h_s, slope, gravity, law, pressure, i)
+        held &= rests(mean_x, forth_y, h_n, slope, gravity, law, pressure, i)
         stopped = BELOW_YIELD if held else 0.0
         static[i] = stopped if wet else DRY
-        wave = math.sqrt(g_n * h_i)
-        through_x = x.length[i] * (abs(x.c_low[i] * u_i + x.s_low[i] * v_i) + wave) + x.length[w] * (
-            abs(x.c_high[w] * u_i + x.s_high[w] * v_i) + wave
+        wave_x, wave_y = waves_over_edges(pressure, i, g_n, h_i)
+        through_x = x.length[i] * (abs(x.c_low[i] * u_i + x.s_low[i] * v_i) + wave_x) + x.length[w] * (
+            abs(x.c_high[w] * u_i + x.s_high[w] * v_i) + wave_x
         )
-        through_y = y.length[i] * (abs(y.c_low[i] * u_i + y.s_low[i] * v_i) + wave) + y.length[s] * (
-            abs(y.c_high[s] * u_i + y.s_high[s] * v_i) + wave
+        through_y = y.length[i] * (abs(y.c_low[i] * u_i + y.s_low[i] * v_i) + wave_y) + y.length[s] * (
+            abs(y.c_high[s] * u_i + y.s_high[s] * v_i) + wave_y
         )
         this = 0.5 * metric.per_area[i] * (through_x + through_y)
         # what is held does not start in this step
@@ -105,7 +111,13 @@ def classify_row(
 
 @kernel()
 def classify_surface(
-    now: Fields, static: Array, metric: Metric, material: Material, grid: Grid, spans: Spans
+    now: Fields,
+    static: Array,
+    pressure: Pressure | None,
+    metric: Metric,
+    material: Material,
+    grid: Grid,
+    spans: Spans,
 ) -> float:
     """Set the status of every cell that may be wet, trim the wet spans, find the moving ones.
 
@@ -121,7 +133,8 @@ def classify_surface(
         spans.moving[0, j] = spans.moving[1, j] = 0
         if lo >= hi:
             continue
-        classify_row(now, static, metric, material, grid, spans.rate, j * m + lo, lo, hi - lo)
+        about = metric, material, grid, spans.rate
+        classify_row(now, static, pressure, *about, j * m + lo, lo, hi - lo)
         trim(spans, j, now.h, static, material.dry, j * m)
     fastest = 0.0
     for c in range(m):

@@ -72,9 +72,10 @@ def erode(arrays: SurfaceArrays, first: int, last: int, dt: float) -> None:
 def begin_step(arrays: SurfaceArrays, limits: Limits, progress: Progress) -> tuple[int, float, Rows]:
     """Find what is to be stepped, whether anything moves, and the largest wave rate, s-1."""
     now, static, grid, spans = arrays.now, arrays.static, arrays.grid, arrays.spans
-    rate = classify_surface(now, static, arrays.metric, arrays.material, grid, spans)
+    pressure = arrays.pressure
+    rate = classify_surface(now, static, pressure, arrays.metric, arrays.material, grid, spans)
     about = arrays.metric, arrays.material, grid, arrays.walls
-    rate = max(rate, classify_edges_beside(now, static, *about, spans))
+    rate = max(rate, classify_edges_beside(now, static, pressure, *about, spans))
     waits = progress.time[0] < arrays.inflows.until[0]
     if waits:
         rate = await_inflow(arrays.inflows, progress.time[0], limits, rate, static, spans.wet, spans.moving)

@@ -11,6 +11,7 @@ from solver.lattice.ghosts import depth_at_wall
 from solver.lattice.spans import Spans, trim
 from solver.lattice.walls import EAST, NORTH, SOUTH, WEST, Walls
 from solver.surface.metric import EdgeFrames, Metric
+from solver.surface.pressure import Pressure, over_edges
 from solver.surface.reconstruction import edge_values
 from solver.surface.status import classify_row
 
@@ -51,11 +52,13 @@ def set_walls(walls: Walls, metric: Metric, stride: int, spacing: float, tangent
 
 
 @kernel()
-def mirror_at_edges(now: Fields, walls: Walls, g_n: Array, edges: EdgeFrames, n: int, step: int) -> None:
+def mirror_at_edges(now: Fields, walls: Walls, beta: Array, edges: EdgeFrames, n: int, step: int) -> None:
     """Write a cell and its two neighbours across edges of one direction to the images, as `mirror` does.
 
     Parameters
     ----------
+    beta : flat array
+        Pressure on these edges, g_n K, m s-2.
     edges, step
         Of the direction, and the distance in memory to the neighbour ahead.
     n : int
@@ -69,19 +72,19 @@ def mirror_at_edges(now: Fields, walls: Walls, g_n: Array, edges: EdgeFrames, n:
     images.h[k], images.u[k], images.v[k] = now.h[k], now.u[k], now.v[k]
     if walls.blocked[n, low]:
         c, s = edges.c_high[k], edges.s_high[k]
-        images.h[k] = depth_at_wall(h, walls.lean[n, low] / g_n[i])
+        images.h[k] = depth_at_wall(h, walls.lean[n, low] / beta[i])
         images.u[k], images.v[k] = -(c * u + s * v), c * v - s * u
     k = i + step
     images.h[k], images.u[k], images.v[k] = now.h[k], now.u[k], now.v[k]
     if walls.blocked[n, high]:
         c, s = edges.c_low[i], edges.s_low[i]
-        images.h[k] = depth_at_wall(h, walls.lean[n, high] / g_n[i])
+        images.h[k] = depth_at_wall(h, walls.lean[n, high] / beta[i])
         images.u[k], images.v[k] = -(c * u + s * v), c * v - s * u
 
 
 @kernel()
 def edges_beside(
-    now: Fields, walls: Walls | None, g_n: Array, edges: EdgeFrames, row: int, stride: int, step: int,
+    now: Fields, walls: Walls | None, beta: Array, edges: EdgeFrames, row: int, stride: int, step: int,
     dry: float, out: FaceValues, to: int,
 ) -> None:  # fmt: skip
     """Reconstruct the cells of a row that are beside buildings along one direction, with their images.
@@ -99,15 +102,16 @@ def edges_beside(
     for n in range(walls.first[row], walls.first[row + 1]):
         if walls.blocked[n, low] or walls.blocked[n, high]:
             i = walls.cell[n]
-            mirror_at_edges(now, walls, g_n, edges, n, step)
+            mirror_at_edges(now, walls, beta, edges, n, step)
             h, u, v = walls.images
-            reconstruct(h, u, v, g_n, edges, i, step, ONE, dry, out, to + i - row * stride)
+            reconstruct(h, u, v, beta, edges, i, step, ONE, dry, out, to + i - row * stride)
 
 
 @kernel()
 def classify_edges_beside(
     now: Fields,
     static: Array,
+    pressure: Pressure | None,
     metric: Metric,
     material: Material,
     grid: Grid,
@@ -124,6 +128,7 @@ def classify_edges_beside(
     if walls is None:
         return 0.0
     m, fastest = grid.stride, 0.0
+    beta_x, beta_y = over_edges(pressure, metric.g_n)
     for j in range(GHOSTS, grid.rows - GHOSTS):
         lo, hi = spans.wet[0, j], spans.wet[1, j]
         if lo >= hi or walls.first[j] == walls.first[j + 1]:
@@ -132,10 +137,11 @@ def classify_edges_beside(
             i = walls.cell[n]
             if not lo <= i - j * m < hi:
                 continue
-            # of neighbours the depth alone is asked for
-            mirror_at_edges(now, walls, metric.g_n, metric.x_edges, n, ONE)
-            mirror_at_edges(now, walls, metric.g_n, metric.y_edges, n, m)
-            classify_cell(walls.images, static, metric, material, grid, spans.rate, i, i - j * m, ONE)
+            mirror_at_edges(now, walls, beta_x, metric.x_edges, n, ONE)
+            mirror_at_edges(now, walls, beta_y, metric.y_edges, n, m)
+            classify_cell(
+                walls.images, static, pressure, metric, material, grid, spans.rate, i, i - j * m, ONE
+            )
             fastest = max(fastest, spans.rate[i - j * m])
         trim(spans, j, now.h, static, material.dry, j * m)
     return fastest

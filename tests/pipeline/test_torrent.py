@@ -433,7 +433,10 @@ class TestMistakes:
         ("change", "words"),
         [
             (("spacing: 5", "layout: poisson-disc, count: 100"), "expected layout lattice"),
-            (("isotropic}", "mohr-coulomb, internal_friction: 30}"), "expected isotropic"),
+            (
+                ("isotropic}", "mohr-coulomb, internal_friction: 30}"),
+                "expected isotropic or mohr-coulomb-flow on an elevation model, found mohr-coulomb",
+            ),
             (("time:", "boundaries: {x_min: wall}\ntime:"), "expected open"),
             (("time:", "scheme: {form: collocation}\ntime:"), "expected form weighted-residual"),
             (
@@ -444,6 +447,18 @@ class TestMistakes:
     )
     def test_what_is_not_supported(self, folder, change, words):
         assert words in refused(folder, change)
+
+
+def test_mohr_coulomb_pressure_along_the_flow_runs_on_an_elevation_model(folder):
+    both = "sweep: {material.earth_pressure: [isotropic, mohr-coulomb-flow]}\n"
+    phi = ("isotropic}", "isotropic, internal_friction: 35}")
+    pipeline.run(written(folder, TEXT + both, phi), folder / "results", workers=1, quiet=True)
+    table = pipeline.run_table(folder / "results")
+    assert table["status"].isin(["done", "done_but_overrun", "cut_off"]).all()
+    assert (abs(table["volume_error"]) < 1e-13).all()
+    with xr.open_zarr(folder / "results" / "small.zarr", consolidated=False) as store:
+        isotropic, flow = store["max_depth"].to_numpy()
+    assert 0.05 < np.abs(flow - isotropic).max() < 0.5 * isotropic.max()
 
 
 def test_polygons_and_files_of_receptors_need_an_elevation_model(folder):

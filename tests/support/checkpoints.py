@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 from scenes import SCENES
 
+from solver.physics.earth_pressure import MohrCoulombFlow
 from solver.physics.erosion import Egashira, ErodibleBed, GrowthRate, ShearStress
 from solver.physics.friction import Coulomb
 from solver.physics.terrain import Plane
@@ -70,6 +71,11 @@ def eroding(case, law):
     return replace(case, erodible_bed=ErodibleBed(0.02 * np.abs(x), law))
 
 
+def along_flow(case):
+    """The same with Mohr-Coulomb earth pressure that has the axes of the flow."""
+    return replace(case, earth_pressure=MohrCoulombFlow(40.0, case.friction.bed_friction))
+
+
 CLOUD = random_points((0, 12), (-4, 4), 400, 5)
 CASES = SCENES | {
     "erosion": (eroding(SCENES["several blobs"][0], GrowthRate(0.1)), 1.5),
@@ -82,6 +88,12 @@ CASES = SCENES | {
         1.5,
     ),
     "cloud": (other(CLOUD, WeightedResidual()), 1.0),
+    "pressure along the flow": (along_flow(SCENES["several blobs"][0]), 1.5),
+    "pressure along the flow on a surface": (
+        along_flow(replace(SCENES["several blobs"][0], terrain=Inclined(20.0, 25.0))),
+        1.5,
+    ),
+    "pressure along the flow on a cloud": (along_flow(other(CLOUD, WeightedResidual())), 1.0),
     "collocation on a cloud": (other(CLOUD, Collocation()), 1.0),
     "collocation on a lattice": (other(Lattice((0, 12), (-4, 4), 0.5), Collocation()), 1.0),
 }

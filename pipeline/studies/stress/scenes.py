@@ -55,6 +55,8 @@ MOST_STEPS = 1e6
 STOPPING_TIMES = 40.0
 # Share of the scenes with another law of friction than Coulomb's or Voellmy's.
 OTHER_LAWS = 0.3
+# Of those with the axes of a profile, scenes that have the axes of the flow.
+ALONG_FLOW = 0.4
 # Share of the scenes of the conservative form on a bed that erodes; drawn apart, so that all else of a scene
 # is as it would be without.
 ERODING, OF_EROSION = 0.25, 19
@@ -131,6 +133,9 @@ def draw(seed: int, number: int) -> Drawn:
     other = np.random.default_rng([seed, number, 1])
     if kind != "collocation" and other.random() < OTHER_LAWS:
         material, pressure = draw_law(other, gravity, height, terrain), "isotropic"
+    elif kind != "collocation" and pressure == "mohr-coulomb" and other.random() < ALONG_FLOW:
+        pressure = "mohr-coulomb-flow"
+        material = {**material, "earth_pressure": pressure}
     releases, motion = draw_releases(rng, radius, height, gravity, length, width, narrow)
     sides, boundary = draw_sides(rng, height, narrow, kind, terrain, material)
     points, places = draw_points(rng, layout, spacing, length, width, radius)

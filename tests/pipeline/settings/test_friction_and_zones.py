@@ -5,7 +5,7 @@ import yaml
 
 from pipeline.scenario.schema_errors import check
 from pipeline.scenario.strict_yaml import parse
-from solver.physics import friction
+from solver.physics import earth_pressure, friction
 
 BASE = """\
 name: a
@@ -159,3 +159,18 @@ def test_a_zone_that_cannot_be_is_refused_at_its_key(material, path, said):
     ((at, message),) = found.items()
     assert at == f"material.{path}"
     assert message.startswith(said)
+
+
+def test_pressure_along_the_flow_goes_with_the_conservative_form_alone():
+    material = {"bed_friction": 25, "internal_friction": 35, "earth_pressure": "mohr-coulomb-flow"}
+    _, law = problems(material).material.laws()
+    assert law == earth_pressure.MohrCoulombFlow(35, 25)
+    found = problems(material, time={"end": 10}, scheme={"form": "collocation"})
+    assert found == {
+        "material.earth_pressure": "expected another law with form collocation, found mohr-coulomb-flow"
+    }
+    found = problems(material | {"bed_friction": 40})
+    assert found == {
+        "material.bed_friction": "expected at most internal_friction (35) with earth_pressure "
+        "mohr-coulomb-flow, found 40"
+    }
