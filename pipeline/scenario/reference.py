@@ -40,9 +40,10 @@ Files are found relative to the scenario file; their content is part of the scen
 may be in any reference system. Where spacings agree the points are the centres of the elevation model's
 cells, the domain being moved on to them. It takes a lattice, the weighted-residual form, earth pressure
 `isotropic` or `mohr-coulomb-flow`, and open sides. `terrain.elevation`, its curvature length, the polygons
-and their depth or volume may be varied; all runs lie on the cells of the scenario's own elevation model. Attributes of polygons are
-used where the scenario says nothing else: `name`, `depth`, `volume`, and `return_period` with
-`return_periods: polygons`. Without a `domain` only the part of the raster is read that the flow comes to.
+and their depth or volume may be varied; all runs lie on the cells of the scenario's own elevation model.
+Attributes of polygons are used where the scenario says nothing else: `name`, `depth`, `volume`, and
+`return_period` with `return_periods: polygons`. Without a `domain` only the part of the raster is read that
+the flow comes to.
 
 A flow takes up its bed where there is an `erodible_bed`, as in `scenarios/torrent/erosion.yaml`:
 
