@@ -13,7 +13,7 @@ from solver.arrays import Array
 from solver.checks.heights import ground_of
 from solver.checks.incoming import Coming, coming_in
 from solver.checks.states import Check, State
-from solver.checks.static_cells import RINGS, Edges, edges_of, surely_held
+from solver.checks.static_cells import RINGS, Neighbours, neighbours_of, surely_held
 from solver.kernels.friction import resistance_at_rest
 from solver.physics.earth_pressure import Isotropic
 from solver.physics.friction import Edwards
@@ -54,7 +54,7 @@ class Laws:
     ) -> None:
         ground, points, sides = ground_of(scene), scene.points, scene.boundaries
         self.scene = scene
-        self.edges: Edges | None = None
+        self.neighbours: Neighbours | None = None
         self.area = ground.area
         self.rates = np.broadcast_to(rates, points.shape)
         self.along, self.normal = ground.along, ground.normal
@@ -210,23 +210,21 @@ class Laws:
         """Resistance at rest of what is as deep as the deepest beside it, (n,), m s-2."""
         if isinstance(self.law, DryTurbulent) or self.scene.zones:
             return self.hold.ravel()
-        assert self.edges is not None
+        assert self.neighbours is not None
         # no law holds more where it is deeper
-        h, deepest = state.h.ravel(), state.h.ravel().copy()
-        np.maximum.at(deepest, self.edges.left, h[self.edges.right])
-        np.maximum.at(deepest, self.edges.right, h[self.edges.left])
+        deepest = self.neighbours.largest(state.h.ravel())
         found: Array = resistance_at_rest(self.law, np.maximum(deepest, 1e-300), self.normal.ravel())
         return found
 
     def held(self, state: State) -> NDArray[np.bool_]:
         """Cells that friction holds beyond doubt, away from sides of a given depth, of the points' shape."""
         points = self.scene.points
-        if self.edges is None:
-            self.edges = edges_of(points)
+        if self.neighbours is None:
+            self.neighbours = neighbours_of(points)
         normal = float(self.normal.max()) / self.scene.gravity
         pull = self.along.ravel()
         found = surely_held(
-            state, self.edges, self.pressure * normal, pull, self.held_at_rest(state)
+            state, self.neighbours, self.pressure * normal, pull, self.held_at_rest(state)
         ).reshape(points.shape)
         if self.given:
             far = (RINGS + 1) * float(np.sqrt(self.area.max()))

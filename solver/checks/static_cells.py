@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Iterator
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,22 @@ STEEPER, SURELY = 3.0, 0.95
 RINGS = 3
 
 
+class Neighbours(Protocol):
+    """What the laws ask of the neighbours of cells; arrays are flat, (n,)."""
+
+    def steepest(self, h: Array) -> Array:
+        """Largest slope of a depth, m, to a neighbour, dimensionless."""
+        ...
+
+    def largest(self, q: Array) -> Array:
+        """Largest value of a cell and its neighbours."""
+        ...
+
+    def held_around(self, holds: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Find the cells that hold and whose neighbours all do."""
+        ...
+
+
 class Edges(NamedTuple):
     """Pairs of neighbours: their numbers, and their distance, m, each of shape (e,)."""
 
@@ -25,20 +42,83 @@ class Edges(NamedTuple):
     right: Indices
     distance: Array
 
+    def steepest(self, h: Array) -> Array:
+        """Largest slope of a depth, m, to a neighbour, dimensionless."""
+        slope = np.abs(h[self.right] - h[self.left]) / self.distance
+        found = np.zeros(h.size)
+        np.maximum.at(found, self.left, slope)
+        np.maximum.at(found, self.right, slope)
+        return found
 
-def edges_of(points: Lattice | PointCloud) -> Edges:
-    """List the pairs of neighbours of a lattice, numbered row after row, or of a cloud."""
+    def largest(self, q: Array) -> Array:
+        """Largest value of a cell and its neighbours."""
+        found = q.copy()
+        np.maximum.at(found, self.left, q[self.right])
+        np.maximum.at(found, self.right, q[self.left])
+        return found
+
+    def held_around(self, holds: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Find the cells that hold and whose neighbours all do."""
+        loose = ~holds
+        beside = np.bincount(self.left, loose[self.right], loose.size)
+        beside += np.bincount(self.right, loose[self.left], loose.size)
+        return np.asarray(holds & (beside == 0))
+
+
+class Rows(NamedTuple):
+    """Neighbours on a lattice: its shape and its spacings, m; as `Edges`, without a list of them."""
+
+    shape: tuple[int, int]
+    dx: float
+    dy: float
+
+    def steepest(self, h: Array) -> Array:
+        """Largest slope of a depth, m, to a neighbour, dimensionless."""
+        depth, found = h.reshape(self.shape), np.zeros(self.shape)
+        along, across = (np.abs(np.diff(depth, axis=k)) / d for k, d in ((1, self.dx), (0, self.dy)))
+        for place, slope in (
+            (np.s_[:, :-1], along),
+            (np.s_[:, 1:], along),
+            (np.s_[:-1], across),
+            (np.s_[1:], across),
+        ):
+            np.maximum(found[place], slope, out=found[place])
+        return found.ravel()
+
+    def largest(self, q: Array) -> Array:
+        """Largest value of a cell and its neighbours."""
+        values, found = q.reshape(self.shape), q.reshape(self.shape).copy()
+        for here, there in _pairs():
+            np.maximum(found[here], values[there], out=found[here])
+        return found.ravel()
+
+    def held_around(self, holds: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Find the cells that hold and whose neighbours all do."""
+        before, found = holds.reshape(self.shape), holds.reshape(self.shape).copy()
+        for here, there in _pairs():
+            found[here] &= before[there]
+        return found.ravel()
+
+
+def _pairs() -> Iterator[tuple[Any, Any]]:
+    """Go through the places of cells with a neighbour to one side, and those of these neighbours."""
+    for low, high in ((np.s_[:, :-1], np.s_[:, 1:]), (np.s_[:-1], np.s_[1:])):
+        yield low, high
+        yield high, low
+
+
+def neighbours_of(points: Lattice | PointCloud) -> Neighbours:
+    """Give the neighbours of the cells of a lattice, numbered row after row, or of a cloud."""
     if isinstance(points, PointCloud):
         cells = points.control_volumes
         way = cells.centroid[cells.right] - cells.centroid[cells.left]
         return Edges(cells.left, cells.right, np.hypot(*way.T))
-    number = np.arange(points.shape[0] * points.shape[1]).reshape(points.shape)
-    left = np.concatenate([number[:, :-1].ravel(), number[:-1].ravel()])
-    right = np.concatenate([number[:, 1:].ravel(), number[1:].ravel()])
-    return Edges(left, right, np.repeat([points.dx, points.dy], [number[:, 1:].size, number[1:].size]))
+    return Rows(points.shape, points.dx, points.dy)
 
 
-def surely_held(state: State, edges: Edges, pressure: float, pull: Array, hold: Array) -> NDArray[np.bool_]:
+def surely_held(
+    state: State, neighbours: Neighbours, pressure: float, pull: Array, hold: Array
+) -> NDArray[np.bool_]:
     """Find the wet cells at rest that friction holds beyond doubt, and all around them, shape (n,).
 
     Parameters
@@ -49,14 +129,9 @@ def surely_held(state: State, edges: Edges, pressure: float, pull: Array, hold: 
         Pull of gravity along the bed and what friction can hold, m s-2.
     """
     h = state.h.ravel()
-    slope = np.abs(h[edges.right] - h[edges.left]) / edges.distance
-    steepest = np.zeros(h.size)
-    np.maximum.at(steepest, edges.left, slope)
-    np.maximum.at(steepest, edges.right, slope)
+    steepest = neighbours.steepest(h)
     holds = (state.u.ravel() == 0) & (state.v.ravel() == 0)
     holds &= (STEEPER * pressure * steepest + np.abs(pull) <= SURELY * hold) | (h == 0)
     for _ in range(RINGS):
-        loose = ~holds
-        holds &= np.bincount(edges.left, loose[edges.right], h.size) == 0
-        holds &= np.bincount(edges.right, loose[edges.left], h.size) == 0
+        holds = neighbours.held_around(holds)
     return np.asarray(holds & (h > 0))

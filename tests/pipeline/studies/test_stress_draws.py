@@ -10,7 +10,9 @@ from pipeline.studies.stress.shrink import shrink
 from pipeline.studies.stress.watch import rates_of
 from solver.checks.invariants import Laws
 from solver.checks.states import state_of_run
+from solver.checks.static_cells import Edges, neighbours_of
 from solver.forms import begin
+from solver.points.lattice import Lattice
 
 SMALL = 1e5
 DRAWN = [draw(1, k) for k in range(400)]
@@ -84,3 +86,19 @@ def test_the_laws_on_a_surface_see_what_breaks_them():
 def test_a_scene_on_a_surface_keeps_its_laws(drawn):
     row = perform(drawn, False, SMALL)
     assert not row.broken
+
+
+def test_neighbours_on_a_lattice_are_those_of_its_pairs():
+    rng = np.random.default_rng(3)
+    lattice = Lattice((0, 12), (0, 7), 1.0)
+    rows = neighbours_of(lattice)
+    number = np.arange(np.prod(lattice.shape)).reshape(lattice.shape)
+    left = np.concatenate([number[:, :-1].ravel(), number[:-1].ravel()])
+    right = np.concatenate([number[:, 1:].ravel(), number[1:].ravel()])
+    distance = np.repeat([lattice.dx, lattice.dy], [number[:, 1:].size, number[1:].size])
+    edges, h = Edges(left, right, distance), rng.random(number.size)
+    np.testing.assert_array_equal(rows.steepest(h), edges.steepest(h))
+    np.testing.assert_array_equal(rows.largest(h), edges.largest(h))
+    holds = h > 0.2
+    np.testing.assert_array_equal(rows.held_around(holds), edges.held_around(holds))
+    assert 0 < rows.held_around(holds).sum() < holds.sum()
