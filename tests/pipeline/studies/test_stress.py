@@ -33,14 +33,15 @@ ONCE_BROKEN = sorted((ROOT / "scenarios" / "stress").glob("*.yaml"))
 def test_the_same_seed_and_number_draw_the_same_scene():
     assert draw(1, 7).text == draw(1, 7).text
     assert draw(1, 7).text != draw(2, 7).text
-    assert {draw(1, k).labels["points"] for k in range(120)} == set(LAYOUTS)
+    assert {draw(1, k).labels["points"] for k in range(150)} == {*LAYOUTS, "surface"}
     assert 0.05 < np.mean([is_repeated(1, k) for k in range(400)]) < 0.15
 
 
 def test_a_share_of_the_scenes_on_lattices_has_inflows_beside_a_release_or_alone():
     drawn = [draw(1, k) for k in range(300)]
     fed = [each for each in drawn if "inflow" in each.data]
-    assert {each.labels["points"] for each in fed} == {"lattice"}
+    assert {each.labels["points"] for each in fed} == {"lattice", "surface"}
+    fed = [each for each in fed if each.labels["points"] == "lattice"]
     lattices = [each for each in drawn if each.labels["points"] == "lattice"]
     assert 0.25 < len(fed) / len(lattices) < 0.55
     alone = [each for each in fed if "release" not in each.data]
