@@ -112,6 +112,7 @@ def draw_surface_scene(rng: Generator, name: str) -> tuple[Data, Files, dict[str
         "name": name,
         "gravity": gravity,
         "terrain": {"elevation": raster, "crs": SYSTEM, "curvature_length": curvature},
+        "domain": {"x": _bounds(WEST, length, side, spacing), "y": _bounds(SOUTH, width, side, spacing)},
         "points": {"spacing": spacing},
     }
     files = {raster: raster_text(elevation, side)}
@@ -168,6 +169,12 @@ def draw_surface_scene(rng: Generator, name: str) -> tuple[Data, Files, dict[str
         "gravity": "below 0.1" if gravity < 0.1 else "0.1 to 5" if gravity < 5 else "above 5",
     }
     return data, files, labels
+
+
+def _bounds(start: float, length: float, side: float, spacing: float) -> list[float]:
+    """Bounds within a raster that whole spacings lie between, m."""
+    low = start + side
+    return [low, low + spacing * math.floor((length - 2 * side) / spacing)]
 
 
 def _inflow(rng: Generator, middle: tuple[float, float], spacing: float, gravity: float) -> Data:
