@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Hashable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from math import ceil, floor
@@ -140,8 +141,15 @@ def _within(scenario: Scenario, domain: Domain) -> Scenario:
     if scenario.ground is not None:
         fit = fitted(domain, scenario.ground.extent, float(getattr(scenario.settings.points, "spacing")))  # noqa: B009
         domain = fit if isinstance(fit, Domain) else domain
-    try:
+    with _told_of(scenario):
         return scenario.within(domain)
+
+
+@contextmanager
+def _told_of(scenario: Scenario) -> Iterator[None]:
+    """Tell what is wrong with a raster as a mistake of the scenario that names it."""
+    try:
+        yield
     except ElevationRasterError as error:
         document = parse(scenario.text, str(scenario.path))
         raise BadInput([document.mistake(("terrain", "elevation"), str(error))]) from None
@@ -263,7 +271,8 @@ def _flow(scenario: Scenario, run: Run, around: _Box, wide: float) -> tuple[_Box
         here = settings.model_copy(update={"domain": Domain(x=around.x, y=around.y)})
         shared = SharedPoints(lattice, {}, frozenset())
         if ground is not None:
-            read = _read(ground, around.x, around.y, 2 * wide)
+            with _told_of(scenario):
+                read = _read(ground, around.x, around.y, 2 * wide)
             shared = replace(shared, rasters=read.rasters, depths=read.depths)
         prepared = build_scene(replace(run, settings=here), shared)
         ends = prepared.times[[0, -1]]

@@ -181,8 +181,9 @@ def test_a_found_domain_holds_one_that_another_scenario_gives(folder):
         files.append(written(folder, text, finer, change).rename(folder / f"{name}.yaml"))
     pipeline.run(files, folder / "results", workers=1, quiet=True)
     found, other = opened(folder), opened(folder, "given")
+    # but for a part of a cell, where the one that is given lies otherwise
     assert found["x"][0] <= other["x"][0]
-    assert found["x"][-1] >= other["x"][-1]
+    assert found["x"][-1] > other["x"][-1] - 4
     np.testing.assert_allclose(np.diff(found["x"]), 4, rtol=1e-9)
 
 
