@@ -161,7 +161,7 @@ class TestMaps:
         assert set(rows.index) == {"barn", "hut"}
         assert rows.loc["barn", "probability"] > 0
         assert rows.loc["hut", "probability"] == 0
-        assert "lowest_elevation" in set(tables["scenarios"]["quantity"])
+        assert {"lowest_elevation", "lifted_share"} <= set(tables["scenarios"]["quantity"])
         assert "deposit_length" not in set(tables["scenarios"]["quantity"])
 
 
