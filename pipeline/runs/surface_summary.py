@@ -17,6 +17,8 @@ Cell = tuple[np.intp, ...]
 FILM = 0.05
 # Cells across a channel below which flow spills that a channel of the ground would hold.
 LEAST_CELLS = 4
+# steps of a way over the ground, rows and columns
+WAYS = ((0, 1), (1, 0), (1, 1), (1, -1), (1, 2), (2, 1), (1, -2), (2, -1))
 # cells whose mean gives the direction of the ground, on a side
 AROUND = 11
 # cells of a narrow channel that hang together before it is told
@@ -84,6 +86,9 @@ def summarise_on_surface(
     if (reached & known).any():
         crown, lowest = _between(points, elevation, release, reached & known)
         found["flow_runout_distance"] = _distance(points, crown, lowest)
+        found["flow_path_length"] = path_length(
+            points.dx, elevation, (reached & known) | release, crown, lowest
+        )
     if (covered & known).any():
         crown, toe = _between(points, elevation, release, covered & known)
         runout, drop = _distance(points, crown, toe), float(elevation[crown] - elevation[toe])
@@ -93,6 +98,57 @@ def summarise_on_surface(
             "reach_angle": float(np.degrees(np.arctan2(drop, runout))),
         }
     return found
+
+
+def path_length(
+    spacing: float, elevation: Array, reached: NDArray[np.bool_], start: Cell, stop: Cell
+) -> float:
+    """Length over the ground of the shortest way between two cells within what a flow reached, m.
+
+    The way goes in sixteen directions, which makes it at most 3 % too long.
+
+    Parameters
+    ----------
+    spacing : float
+        Side of a cell in plan, m.
+    elevation : array
+        Of the bed, (ny, nx), m.
+    reached : array
+        Cells that the way may go through, (ny, nx).
+    start, stop : tuple of int
+        Row and column of the ends.
+
+    Returns
+    -------
+    float
+        NaN where no way leads from one to the other.
+    """
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import dijkstra
+
+    ny, nx = elevation.shape
+    numbers = np.full((ny, nx), -1)
+    numbers[reached] = np.arange(int(reached.sum()))
+    if numbers[start] < 0 or numbers[stop] < 0:
+        return float("nan")
+    ends, lengths = [], []
+    for rows, columns in WAYS:
+        low = slice(0, ny - rows)
+        high = slice(rows, None)
+        left, right = (
+            (slice(0, nx - columns), slice(columns, None))
+            if columns >= 0
+            else (slice(-columns, None), slice(0, columns))
+        )
+        one, other = numbers[low, left], numbers[high, right]
+        both = (one >= 0) & (other >= 0)
+        drop = (elevation[high, right] - elevation[low, left])[both]
+        ends.append(np.stack([one[both], other[both]]))
+        lengths.append(np.sqrt((rows**2 + columns**2) * spacing**2 + drop**2))
+    size = int(reached.sum())
+    graph = coo_array((np.concatenate(lengths), np.concatenate(ends, axis=1)), shape=(size, size)).tocsr()
+    found = float(dijkstra(graph, directed=False, indices=numbers[start])[numbers[stop]])
+    return found if np.isfinite(found) else float("nan")
 
 
 def _between(

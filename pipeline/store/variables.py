@@ -204,6 +204,12 @@ SUMMARIES = (
         "m",
         "horizontal distance from the crown of the release to the farthest cell that the flow reached",
     ),
+    _scalar(
+        "flow_path_length",
+        "m",
+        "length over the ground of the shortest way within what the flow reached, from the release's highest "
+        "cell to the lowest; on elevation models only",
+    ),
     _scalar("lowest_elevation", "m", "lowest elevation that the flow reached; on elevation models only"),
     _scalar(
         "lifted_share",
@@ -262,6 +268,7 @@ LATER = frozenset(
         "volume_out_open",
         "volume_moving",
         "lowest_elevation",
+        "flow_path_length",
         "lifted_share",
         "volume_entrained",
         "erosion_max_depth",

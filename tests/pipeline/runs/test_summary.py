@@ -42,7 +42,11 @@ def test_a_box_of_deposit_has_the_extent_of_its_points():
             "peak_speed": 12,
         }
     )
-    assert set(found) == {v.name for v in SUMMARIES} - {"lowest_elevation", "lifted_share"}
+    assert set(found) == {v.name for v in SUMMARIES} - {
+        "lowest_elevation",
+        "lifted_share",
+        "flow_path_length",
+    }
 
 
 def test_what_is_not_above_the_threshold_is_no_deposit():

@@ -5,7 +5,7 @@ import pytest
 from elevation_files import WEST, ground, write_polygons, write_raster, written
 
 import pipeline
-from pipeline.runs.surface_summary import NARROW, lifted_share, narrow, note
+from pipeline.runs.surface_summary import NARROW, lifted_share, narrow, note, path_length
 from solver.physics.elevation import ElevationModel
 from solver.points.lattice import Lattice
 
@@ -50,6 +50,30 @@ def test_a_run_through_a_gully_of_three_cells_says_so(tmp_path):
     maps = pipeline.hazard_maps(tmp_path / "out")
     assert note(table["warning"]) in maps["small"].attrs["comment"]
     assert note(table["warning"]) == "; channels narrower than 4 cells on the flow's way in 1"
+
+
+class TestPathLength:
+    """Of the shortest way over the ground within what was reached."""
+
+    def test_on_a_slope_it_is_longer_than_in_plan(self):
+        _, columns = np.mgrid[:9, :41]
+        bed, reached = -0.75 * CELL * columns, np.ones((9, 41), bool)
+        assert path_length(CELL, bed, reached, (4, 0), (4, 40)) == pytest.approx(40 * CELL * 1.25)
+
+    @pytest.mark.parametrize("turn", [0, 13, 22.5, 45, 70, 90])
+    def test_it_is_nearly_straight_in_every_direction(self, turn):
+        end = tuple(np.rint(60 * np.array([np.sin(np.radians(turn)), np.cos(np.radians(turn))])).astype(int))
+        flat, reached = np.zeros((62, 62)), np.ones((62, 62), bool)
+        found = path_length(1.0, flat, reached, (0, 0), end)
+        assert np.hypot(*end) <= found * (1 + 1e-12) <= 1.03 * np.hypot(*end)
+
+    def test_it_goes_around_what_was_not_reached(self):
+        reached = np.zeros((21, 21), bool)
+        reached[0], reached[:, 20], reached[20] = True, True, True
+        found = path_length(1.0, np.zeros((21, 21)), reached, (0, 0), (20, 0))
+        assert found == pytest.approx(60, rel=0.05)
+        reached[10] = False
+        assert np.isnan(path_length(1.0, np.zeros((21, 21)), reached, (0, 0), (20, 0)))
 
 
 @pytest.mark.parametrize(("speed", "share"), [(12.0, 0.0), (20.0, 1.0)])
