@@ -114,6 +114,8 @@ class TestStore:
         assert float(one["reach_angle"]) == pytest.approx(angle)
         assert float(one["deposit_area"]) == SIDE**2 * deposit.sum()
         assert float(one["lowest_elevation"]) <= z[toe]
+        straight = np.hypot(float(one["flow_runout_distance"]), z[crown] - float(one["lowest_elevation"]))
+        assert straight < float(one["flow_path_length"]) < 1.2 * straight
         assert np.isnan([float(one[name]) for name in ("front_x", "deposit_length", "flow_front_x")]).all()
 
     def test_is_verified_and_nothing_is_left_to_do(self, place):
