@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from pipeline.results import Results
     from pipeline.scenario.scenario import Scenario
     from pipeline.store.place import Part
+    from pipeline.store.storage import Location
 
 Source = str | PathLike[str] | Mapping[str, Any]
 Sources = Source | Iterable[Source]
@@ -63,6 +64,8 @@ def run(
     scheduler: str | None = None,
     jobqueue: str | None = None,
     part: str | None = None,
+    next: int | None = None,
+    for_: str | None = None,
     log: str | PathLike[str] | None = None,
     quiet: bool = False,
     warn: Tell = warn_user,
@@ -95,6 +98,12 @@ def run(
         Queueing system that starts the workers as jobs: ``slurm``.
     part : str, optional
         Do one of N parts of the runs, in this process: ``"2/8"``.
+    next : int, optional
+        Choose and do so many further runs of a sampled scenario, where the probability that ``for_`` names is
+        least certain. They are in no share; `emulate` learns from them. Where some that were chosen for it
+        are not done yet, these are done in their place.
+    for_ : str, optional
+        Receptor, quantity and threshold: ``"school: depth > 1.2"``.
     log : path, optional
         File that gets a line per run; by default ``runs.log`` in ``out``, at a URL none.
     quiet : bool
@@ -130,25 +139,34 @@ def run(
     scenarios = load(files)
     for line in (line for scenario in scenarios for line in scenario.warnings):
         warn(line)
+    from functools import partial
+
     from rich.console import Console
 
-    from pipeline.batch.driver import complete
+    from pipeline.api import next_runs
+    from pipeline.batch.driver import changed, complete
     from pipeline.batch.limits import Limits
     from pipeline.results import Results
-    from pipeline.store.place import WHOLE, held, held_in_part
+    from pipeline.runs.chosen import chosen_before
+    from pipeline.runs.domain_search import on_known_domain
+    from pipeline.store.place import WHOLE, held, held_in_part, store_path
     from pipeline.store.provenance import identity
 
     if workers is not None and workers < 1:
         raise OptionError("workers", f"expected at least 1, found {workers}")
     place, mine = find_place(out), _part(part, overwrite)
+    choice = next_runs.asked(scenarios, place, next, for_)
+    if choice is not None and mine != WHOLE:
+        raise OptionError("next", "expected without --part")
     engine, limits = _engine(scheduler, jobqueue, part, workers), Limits(size_in_bytes(memory_limit))
     console = Console(quiet=quiet)
+    console = console if console.is_terminal else Console(quiet=quiet, width=PLAIN_WIDTH)
     asked = identity("".join(scenario.digest for scenario in scenarios))
     with held(place) if mine == WHOLE else held_in_part(place, mine, asked) as alone:
-        outcome = complete(
-            scenarios,
-            place,
-            console if console.is_terminal else Console(quiet=quiet, width=PLAIN_WIDTH),
+        do = partial(
+            complete,
+            out=place,
+            console=console,
             count=workers,
             overwrite=overwrite,
             retry_failed=retry_failed,
@@ -159,13 +177,35 @@ def run(
             sweep=alone is not False,
             log=None if log is None else Path(log),
         )
-    ending = outcome.ending
+        # a store that is replaced takes its chosen runs with it
+        known = [on_known_domain(each, store_path(place, each.name)) for each in scenarios]
+        replaced = changed(known, place) if overwrite else {}
+        before = chosen_before([each for each in scenarios if each.name not in replaced], place)
+        scenarios += before
+        going_on = choice is not None and choice.going_on(before)
+        quietly = choice is not None and not _anything_left(scenarios, place, retry_failed)
+        ending = do(scenarios, console=Console(quiet=True) if quietly else console).ending
+        if choice is not None and not (ending.interrupted or ending.trouble):
+            tell = partial(console.print, markup=False, highlight=False, soft_wrap=True)
+            if not going_on:
+                scenarios.append(choice.scenario(tell))
+                ending = do(scenarios[-1:]).ending
+            tell(choice.told())
     if check and ending.interrupted:
         raise KeyboardInterrupt
     if check and ending.trouble:
         raise OSError(ending.trouble)
     names = [scenario.name for scenario in scenarios]
     return Results(place, names, interrupted=ending.interrupted, trouble=ending.trouble)
+
+
+def _anything_left(scenarios: Iterable[Scenario], out: Location, retry_failed: bool) -> bool:
+    from pipeline.batch.scheduling import pending
+    from pipeline.store.place import store_path
+    from pipeline.store.storage import is_made
+
+    paths = [store_path(out, scenario.name) for scenario in scenarios]
+    return any(not is_made(path) or pending(path, retry_failed).any() for path in paths)
 
 
 def _part(text: str | None, overwrite: bool) -> Part:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from pipeline.assess.frames import mean_spacing, on_surface, space
 from pipeline.assess.gridding import gridded
-from pipeline.store.variables import COMPUTED, RETURN_PERIOD, STATUS, WEIGHT, Status
+from pipeline.store.variables import CHOSEN_FOR, COMPUTED, RETURN_PERIOD, STATUS, WEIGHT, Status
 
 MAXIMA = ("max_depth", "max_speed", "max_momentum_flux", "arrival_time", "erosion_depth")
 PLACES = ("x", "y", "elevation", "horizontal_distance", "building")
@@ -109,6 +109,8 @@ def _in_state(runs: xr.Dataset, states: Sequence[Status]) -> xr.DataArray:
 def weights(store: xr.Dataset) -> NDArray[np.float64]:
     """Give the share of each planned run of a store, (runs,), their sum 1; all have the same without weights.
 
+    Chosen runs are no part of a sample: theirs are 0.
+
     With return periods they are shares of the events at least as rare as the most frequent one: a run stands
     for all events that are rarer than it and not than the next one, beside the others of its period.
 
@@ -117,6 +119,8 @@ def weights(store: xr.Dataset) -> NDArray[np.float64]:
     ValueError
         If the weights are none.
     """
+    if CHOSEN_FOR in store.attrs:
+        return np.zeros(store.sizes["run"])
     given = WEIGHT.name in store.variables
     weight = np.asarray(store[WEIGHT.name] if given else np.ones(store.sizes["run"]), np.float64)
     if not (np.isfinite(weight).all() and (weight >= 0).all() and weight.sum() > 0):

@@ -27,7 +27,7 @@ from pipeline.assess.probability import Bounded, Values, in_words
 from pipeline.assess.receptors import reached
 from pipeline.assess.sections import passed
 from pipeline.scenario.scenario import stored
-from pipeline.store import run_table
+from pipeline.store import run_table, zarr_store
 from pipeline.store.place import LEVEL, store_path, store_paths
 from pipeline.store.storage import Location, is_made
 from pipeline.store.variables import SERIES, STATUS, Status
@@ -48,6 +48,8 @@ NAMES = tuple(f"q{100 * share:02.0f}" for share in SHARES)
 DISTANCES = 41
 # crowns that differ by less are one
 CLOSE = 1e-6
+# of the columns that say how many runs are behind a number
+LAST_COUNT = "runs_cut_off"
 Array = NDArray[np.float64]
 
 
@@ -66,7 +68,8 @@ def assess(out: Location) -> dict[str, pd.DataFrame]:
         probability that the run-out is longer than a distance; ``receptors``, a row a receptor;
         ``receptor-periods``, a row a receptor and return period; ``receptor-runs``, a row a receptor and run;
         ``sections``, a row a run and section.
-        Numbers over runs have bounds and the runs behind them.
+        Numbers over runs have bounds and the runs behind them; runs that were chosen beside a sample are in
+        ``runs``, with a weight of 0, and in no number.
 
     Raises
     ------
@@ -106,6 +109,11 @@ def assess(out: Location) -> dict[str, pd.DataFrame]:
     finally:
         for store in (*stores, *filter(None, finest)):
             store.close()
+    chosen = {path.stem: zarr_store.chosen(path) for path in paths}
+    for rows in found.values():
+        if any(chosen.values()) and LAST_COUNT in rows.columns:
+            at = list(rows.columns).index(LAST_COUNT) + 1
+            rows.insert(at, "runs_chosen_left_out", rows["scenario"].map(chosen))
     return {name: rows for name, rows in found.items() if len(rows)}
 
 
@@ -193,11 +201,16 @@ def behind(store: xr.Dataset) -> dict[str, object]:
     return {"scenario": str(store.attrs["title"]), **counts(store).attributes}
 
 
-def quantiles(store: xr.Dataset, fine: xr.Dataset | None = None) -> Iterator[dict[str, object]]:
-    """Table quantiles of each quantity, a row each; with a finer level how much a run changes on it."""
+def tabled(store: xr.Dataset) -> list[str]:
+    """List the quantities that have a meaning for the runs of a store."""
     left_out: tuple[str, ...] = ON_PROFILE if on_surface(store) else ON_SURFACE
     left_out += () if SERIES[0].name in store.variables else EROSION
-    for name in (each for each in QUANTITIES if each not in left_out):
+    return [each for each in QUANTITIES if each not in left_out]
+
+
+def quantiles(store: xr.Dataset, fine: xr.Dataset | None = None) -> Iterator[dict[str, object]]:
+    """Table quantiles of each quantity, a row each; with a finer level how much a run changes on it."""
+    for name in tabled(store):
         found = values(store, name).quantile(SHARES)
         words = map(in_words, found.lower.tolist(), found.estimate.tolist(), found.upper.tolist())
         yield {

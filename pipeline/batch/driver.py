@@ -124,7 +124,7 @@ def complete(
     log = log or storage_of(out).log()
     read = scenarios
     scenarios = [on_known_domain(scenario, store_path(out, scenario.name)) for scenario in read]
-    replaced = _changed(scenarios, out)
+    replaced = changed(scenarios, out)
     if replaced and not overwrite:
         raise ChangedError("\n".join(line for lines in replaced.values() for line in lines))
     # of those the domain is found anew
@@ -215,7 +215,7 @@ def _shared(
     return made
 
 
-def _changed(scenarios: Sequence[Scenario], out: Location) -> dict[str, list[str]]:
+def changed(scenarios: Sequence[Scenario], out: Location) -> dict[str, list[str]]:
     """Say by name of scenario what changed since its store was made; without those that did not change."""
     found: dict[str, list[str]] = {}
     for scenario in scenarios:
@@ -227,8 +227,8 @@ def _changed(scenarios: Sequence[Scenario], out: Location) -> dict[str, list[str
             raise FileExistsError(f"{path} is not a store of scenarios; move it away")
         lines: list[str] = []
         if before["scenario_hash"] != scenario.digest:
-            changed = differences(str(before["scenario_content"]), scenario.content)
-            lines += [f"{path}: made from a changed scenario: {line}" for line in changed]
+            differing = differences(str(before["scenario_content"]), scenario.content)
+            lines += [f"{path}: made from a changed scenario: {line}" for line in differing]
         lines += [f"{path}: made by something else: {line}" for line in provenance.differences(before)]
         if lines:
             found[scenario.name] = lines

@@ -94,7 +94,9 @@ def place(scenario: Scenario, run: int) -> str:
     design = expand(scenario).design
     entries = zip(design.lists, design.place(run)[0], strict=True)
     paths: list[Path] = [("sweep", key, k) for key, k in entries]
-    paths += [("sample", "values", key) for key in design.draws]
+    # chosen runs have a value of their own of every key
+    swept = [("sweep", key) for key in design.draws if key in scenario.settings.sweep]
+    paths += swept + [("sample", "values", key) for key in design.draws if ("sweep", key) not in swept]
     lines = dict.fromkeys(document.values[path].line for path in paths or [("name",)])
     return f"{scenario.path}:{','.join(map(str, lines))}"
 

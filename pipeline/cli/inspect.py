@@ -18,6 +18,7 @@ def status(out: Out, as_json: Json = False) -> None:
     from pipeline.batch.failures import failed, told_again
     from pipeline.store.place import holder
     from pipeline.store.status import survey, use
+    from pipeline.store.variables import CHOSEN_FOR
 
     with exit_on_errors(reading=True):
         surveys = list(survey(out))
@@ -32,6 +33,9 @@ def status(out: Out, as_json: Json = False) -> None:
                         for name, value in found.attributes.items()
                         if name.endswith(("_version", "_hash"))
                     },
+                    **(
+                        {"chosen_for": found.attributes[CHOSEN_FOR]} if CHOSEN_FOR in found.attributes else {}
+                    ),
                     "failures": [each.described for each in reasons[found.name]],
                 }
                 for found in surveys

@@ -51,6 +51,18 @@ def run(
     part: Annotated[
         str | None, typer.Option(metavar="I/N", help="Do one of N parts of the runs, in this process.")
     ] = None,
+    next_runs: Annotated[
+        int | None,
+        typer.Option(
+            "--next", min=1, help="Choose and do so many further runs, where --for is least certain."
+        ),
+    ] = None,
+    for_: Annotated[
+        str | None,
+        typer.Option(
+            "--for", metavar="TARGET", help="Threshold at a receptor, as 'school: depth > 1.2', for --next."
+        ),
+    ] = None,
     log: Annotated[
         Path | None,
         typer.Option(help="File that gets a line a run.", show_default="OUT/runs.log; of a URL, none"),
@@ -76,6 +88,8 @@ def run(
             scheduler=scheduler,
             jobqueue=jobqueue,
             part=part,
+            next=next_runs,
+            for_=for_,
             log=log,
             quiet=quiet,
             warn=_warn,

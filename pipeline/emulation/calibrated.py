@@ -92,7 +92,9 @@ def emulated_measures(runs: Sampled, threshold: float) -> dict[str, Scalar]:
     """
     store = runs.stores[0]
     states = [Status(int(state)) for state in store[STATUS.name].to_numpy()]
-    rows = np.array([row for row in runs.usable[0] if not states[row].is_cut_off], np.intp)
+    rows = np.array(
+        [row for row in runs.usable[0][runs.usable[0] < runs.counted] if not states[row].is_cut_off], np.intp
+    )
     inputs = runs.inputs.of(store)
     if few := support.of_runs(len(rows), inputs.shape[1]):
         raise NotEmulatedError(f"{few} that came to rest")

@@ -15,7 +15,7 @@ from pipeline.emulation.missing import missing_runs
 from pipeline.emulation.places import receptor_rows
 from pipeline.emulation.sampled import Sampled, sampled
 from pipeline.emulation.scenario_quantiles import emulated_scalars, quantile_rows
-from pipeline.emulation.thresholds import fitted
+from pipeline.emulation.thresholds import fitted, left_plain
 from pipeline.hazard.mapping import about
 from pipeline.settings.hazard import Hazard
 from pipeline.store.place import store_paths
@@ -64,7 +64,7 @@ def emulate(runs: Sampled, asked: Hazard, count: int = DRAWS) -> Emulated:
     scalars = emulated_scalars(runs)
     rows = [*(each.row(runs.name) for each in chosen), *(each.row(runs.name) for each in scalars)]
     found = {
-        "leave-one-out": pd.DataFrame(rows),
+        "leave-one-out": pd.DataFrame([*rows, *left_plain(runs)]),
         "emulated-scenarios": pd.DataFrame(quantile_rows(runs, scalars, many)),
         "emulated-receptors": pd.DataFrame(receptor_rows(runs, asked, chosen, many)),
         "emulated-missing": pd.DataFrame(missing_runs(runs, chosen, scalars)),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
@@ -21,6 +21,7 @@ from pipeline.settings.settings import Settings
 from solver.emulator.levels import Draws, draws
 
 Array = NDArray[np.float64]
+Rows = NDArray[np.intp]
 PATH_DRAWS = 512
 # of draws that weights within an entry of the sweep may differ by
 SAME = 1e-9
@@ -134,14 +135,31 @@ class Inputs:
         count : int
             Draws over all entries, at least one each.
         """
-        assert self.settings.sample is not None
-        used = np.flatnonzero(self.shares > 0)
-        each = 1 << max(0, int(np.log2(max(1, count // len(used)))))
-        drawn = draw(at_level(self.settings.sample, each).model_copy(update={"design": "sobol"}))
-        groups = [self._of_entry(self.entries[i], drawn, each) for i in used]
-        return draws(groups, self.shares[used].tolist(), PATH_DRAWS)
+        entries = self._drawn(count)
+        groups = [
+            np.concatenate([each.of(given[key]) for key, each in self.by_key.items()], axis=1)
+            for given in entries
+        ]
+        return draws(groups, self.shares[self._used].tolist(), PATH_DRAWS)
 
-    def _of_entry(self, entry: tuple[Value, ...], drawn: Mapping[str, Sequence[Value]], count: int) -> Array:
-        swept = {key: (value,) * count for key, value in zip(self.settings.sweep, entry, strict=True)}
-        given = {**swept, **drawn}
-        return np.concatenate([each.of(given[key]) for key, each in self.by_key.items()], axis=1)
+    def values(self, count: int, rows: Rows) -> dict[str, tuple[Value, ...]]:
+        """Give the values of every varied key of some of as many draws, in the order of the design."""
+        entries = self._drawn(count)
+        size = len(next(iter(entries[0].values())))
+        return {key: tuple(entries[row // size][key][row % size] for row in rows) for key in self.by_key}
+
+    @property
+    def _used(self) -> Rows:
+        """Entries of the sweep that count."""
+        return np.flatnonzero(self.shares > 0)
+
+    def _drawn(self, count: int) -> list[dict[str, Sequence[Value]]]:
+        """Values by key of the draws of each entry that counts."""
+        assert self.settings.sample is not None
+        each = 1 << max(0, int(np.log2(max(1, count // len(self._used)))))
+        drawn = draw(at_level(self.settings.sample, each).model_copy(update={"design": "sobol"}))
+        swept = ({key: (value,) * each for key, value in self._entry(i)} for i in self._used)
+        return [{**given, **drawn} for given in swept]
+
+    def _entry(self, i: int) -> Iterator[tuple[str, Value]]:
+        return zip(self.settings.sweep, self.entries[i], strict=True)

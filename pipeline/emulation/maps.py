@@ -13,17 +13,17 @@ from pipeline.assess.frames import on_surface
 from pipeline.assess.probability import BOUNDS
 from pipeline.assess.probability import exceedance as plain_exceedance
 from pipeline.emulation.sampled import Sampled
-from pipeline.emulation.thresholds import Threshold, limit_of
+from pipeline.emulation.thresholds import Threshold, exceedance_of, limit_of
 from pipeline.hazard.mapping import BOUND_NAMES, QUANTITIES, THREADS, Quantity
 from pipeline.settings.hazard import Hazard
 from pipeline.store.variables import COORDINATES, SURFACE_COORDINATES
-from solver.emulator.exceedance import REST, Exceedance, exceedance
+from solver.emulator.exceedance import REST, Exceedance
 from solver.emulator.levels import Draws
 
 Array = NDArray[np.float64]
 EMULATED = "_emulated"
 ERRORS = {
-    "_sampling": "half width of its 95 % interval for the few runs",
+    "_sampling": "half width of its 95 % interval for the few runs, and for missing ones",
     "_discretisation": "half width of its allowance for the spacing; missing with one spacing",
     "_error": "half width of its total error; with one spacing of sampling alone",
 }
@@ -58,11 +58,10 @@ def mapped(runs: Sampled, asked: Hazard, chosen: Sequence[Threshold], draws: Dra
 def _quantity(
     runs: Sampled, asked: Hazard, quantity: Quantity, some: Sequence[Threshold], draws: Draws
 ) -> xr.Dataset:
-    weight = runs.weight(runs.usable[0])
     layers: dict[str, list[Array]] = {ending: [] for ending in ("", *ERRORS)}
     for each in some:
         assert each.chosen is not None
-        result = exceedance(each.chosen.levels, each.chosen.level, draws, weight)
+        result = exceedance_of(runs, each.chosen, draws, mapped=True)
         for ending, held in with_errors(result).items():
             layers[ending].append(_laid(runs, held, 0.0 if ending == "" else REST))
     dim = f"{quantity.name}_threshold"

@@ -29,7 +29,7 @@ def missing_runs(
     rows = np.setdiff1d(np.arange(store.sizes["run"]), runs.usable[0])
     if not rows.size:
         return
-    places = runs.inputs.of(store)
+    places = runs.at(0)
     at, known = places[rows], places[runs.usable[0]]
     among = inside(at, known)
     columns: dict[str, np.ndarray[tuple[int], np.dtype[np.float64]]] = {}

@@ -12,9 +12,8 @@ from pipeline.assess.receptors import reached
 from pipeline.assess.tables import behind
 from pipeline.emulation.maps import with_errors
 from pipeline.emulation.sampled import Sampled
-from pipeline.emulation.thresholds import Threshold
+from pipeline.emulation.thresholds import Threshold, exceedance_of
 from pipeline.settings.hazard import Hazard
-from solver.emulator.exceedance import exceedance
 from solver.emulator.levels import Draws
 
 # columns of what reaches receptors in a run
@@ -28,7 +27,7 @@ def receptor_rows(
     some = [each for each in chosen if each.receptor and each.quantity.name in COLUMNS]
     if not some:
         return
-    store, weight = runs.stores[0], runs.weight(runs.usable[0])
+    store = runs.stores[0]
     by_run = {str(name): rows for name, rows in reached(store).groupby("receptor")}
     open_ended = censored(store).to_numpy()
     nothing = np.zeros_like(open_ended)
@@ -45,7 +44,7 @@ def receptor_rows(
         }
         errors = dict.fromkeys(("", "_sampling", "_discretisation", "_error"), np.nan)
         if not each.verdict.refused and each.chosen is not None:
-            result = exceedance(each.chosen.levels, each.chosen.level, draws, weight)
+            result = exceedance_of(runs, each.chosen, draws)
             errors |= {ending: float(value[0]) for ending, value in with_errors(result).items()}
         row |= {f"emulated{ending}": value for ending, value in errors.items()}
         yield row | {"verdict": each.verdict.word, "reason": each.verdict.reason}

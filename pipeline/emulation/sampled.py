@@ -13,18 +13,23 @@ from numpy.typing import NDArray
 
 from pipeline.assess.ensemble import computed, counts, ensemble
 from pipeline.assess.frames import threshold_of
+from pipeline.assess.probability import Values
 from pipeline.assess.receptors import Cells
 from pipeline.assess.spacing import root_rows
+from pipeline.assess.tables import values
 from pipeline.emulation.errors import NotEmulatedError
 from pipeline.emulation.inputs import Inputs
 from pipeline.scenario.scenario import stored
 from pipeline.settings.settings import Settings
-from pipeline.store.place import LEVEL, store_path
+from pipeline.store.place import LEVEL, chosen_paths, store_path
 from pipeline.store.storage import Location, is_made
 from pipeline.store.zarr_store import open_store
 from solver.emulator import support
+from solver.emulator.extrapolation import Beyond, beyond
 from solver.emulator.fields import FieldLevel
+from solver.emulator.hull import inside
 from solver.emulator.latent import WET
+from solver.emulator.levels import Draws
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
@@ -36,16 +41,22 @@ MARGIN = 10
 class Sampled:
     """A sampled scenario.
 
+    Rows of the coarsest level are those of the sample, then those that were chosen beside it: what is
+    emulated rests on both, and what counts runs on the sample alone.
+
     Parameters
     ----------
     settings : Settings
         Of the scenario.
     stores : tuple[xr.Dataset, ...]
         Of its levels, the coarsest first.
+    chosen : tuple[xr.Dataset, ...]
+        Stores of chosen runs, on the spacing of the coarsest level.
     """
 
     settings: Settings
     stores: tuple[xr.Dataset, ...]
+    chosen: tuple[xr.Dataset, ...] = ()
 
     @property
     def name(self) -> str:
@@ -56,6 +67,41 @@ class Sampled:
     def inputs(self) -> Inputs:
         """Varied parameters."""
         return Inputs(self.settings, self.stores[0])
+
+    @cached_property
+    def pool(self) -> tuple[tuple[xr.Dataset, ...], ...]:
+        """Stores of each level: of the coarsest one that of the sample, and those of chosen runs."""
+        first, *finer = ((store,) for store in self.stores)
+        return ((*first, *self.chosen), *finer)
+
+    def at(self, level: int) -> Array:
+        """Places of the runs of a level, shape (runs, inputs)."""
+        return np.concatenate([self.inputs.of(store) for store in self.pool[level]])
+
+    def values(self, level: int, name: str) -> Values:
+        """Give a summary of the runs of a level."""
+        held = [values(store, name) for store in self.pool[level]]
+        value, weight, at_least, at_most = (
+            np.concatenate([getattr(each, part) for each in held])
+            for part in ("value", "weight", "at_least", "at_most")
+        )
+        return Values(value, weight, at_least, at_most)
+
+    @cached_property
+    def _outside(self) -> Array:
+        """Places of the runs of the sample that have no values and lie outside of those that have some."""
+        missing = self.at(0)[np.setdiff1d(np.arange(self.counted), self.usable[0])]
+        found: Array = missing[~inside(missing, self.at(0)[self.usable[0]])]
+        return found
+
+    def beyond(self, draws: Draws) -> Beyond | None:
+        """Draws beyond the computed runs, where runs are missing there."""
+        return beyond(draws, self._outside, self.at(0)[self.usable[0]])
+
+    @property
+    def counted(self) -> int:
+        """Runs of the sample."""
+        return int(self.stores[0].sizes["run"])
 
     @cached_property
     def ensembles(self) -> tuple[xr.Dataset, ...]:
@@ -71,7 +117,8 @@ class Sampled:
     def _box(self) -> dict[str, tuple[float, float]]:
         """Bounds of what is looked at, m: places wet in a run or of a receptor, and a margin."""
         found: dict[str, tuple[float, float]] = {}
-        wet = [(each["max_depth"] > WET).any("run").compute() for each in self.whole]
+        beside = (ensemble(store) for store in self.chosen)
+        wet = [(each["max_depth"] > WET).any("run").compute() for each in (*self.whole, *beside)]
         wide = max(float(np.diff(each[axis]).mean()) for each in self.whole for axis in ("x", "y"))
         corners = np.array([corner for place in self.settings.places for corner in place.corners])
         for i, axis in enumerate(("x", "y")):
@@ -86,16 +133,18 @@ class Sampled:
     @cached_property
     def usable(self) -> tuple[Rows, ...]:
         """Runs of each level that are computed, of finer ones those that are so on all coarser levels."""
-        found = [np.flatnonzero(computed(self.stores[0]).to_numpy())]
-        for fine in self.stores[1:]:
-            rows = np.flatnonzero(computed(fine).to_numpy())
-            level = len(found)
+        coarse, *finer = (np.concatenate([computed(store) for store in level]) for level in self.pool)
+        found = [np.flatnonzero(coarse)]
+        for level, known in enumerate(finer, 1):
+            rows = np.flatnonzero(known)
             before = self.root_rows(level - 1, found[-1])
             found.append(rows[np.isin(self.root_rows(level, rows), before)])
         return tuple(found)
 
     def root_rows(self, level: int, rows: Rows) -> Rows:
         """Positions among the runs of the coarsest level that have the values of runs of a level."""
+        if level == 0:
+            return rows
         entries = len(self.inputs.entries)
         count, whole = (self.stores[i].sizes["run"] // entries for i in (level, 0))
         return root_rows(rows, count, whole)
@@ -111,26 +160,45 @@ class Sampled:
         return found
 
     def weight(self, rows: Rows) -> Array:
-        """Share of runs of the coarsest level, shape (n,), their sum is 1."""
-        by_run = np.repeat(self.inputs.shares, self.stores[0].sizes["run"] // len(self.inputs.entries))
+        """Share of runs of the coarsest level, shape (n,), their sum is 1; chosen ones have none."""
+        by_run = np.repeat(self.inputs.shares, self.counted // len(self.inputs.entries))
+        by_run = np.append(by_run, np.zeros(len(self.at(0)) - self.counted))
         found: Array = by_run[rows] / by_run[rows].sum()
         return found
+
+    def judged(self, rows: Rows) -> Array:
+        """Weight of the same runs where predictions are judged, their sum is 1: chosen ones count too."""
+        found = self.weight(rows)
+        if not self.chosen:
+            return found
+        found[rows >= self.counted] = found[rows < self.counted].mean()
+        judged: Array = found / found.sum()
+        return judged
 
     def fields(self, name: str) -> list[FieldLevel]:
         """Give a maximum of the usable runs of each level, loaded, with the cells of the receptors."""
         pairs = [None, *self.pairs(self.usable)]
         found = []
-        for store, runs, rows, before in zip(self.stores, self.ensembles, self.usable, pairs, strict=True):
+        for level, (runs, rows, before) in enumerate(zip(self.ensembles, self.usable, pairs, strict=True)):
             cells = Cells(runs) if self.settings.places else None
             places = {each.name: cells.of(each) for each in self.settings.places} if cells else {}
-            values = runs[name].isel(run=rows).transpose("run", "y", "x").to_numpy()
-            if np.isnan(values).any():
+            held = self._maxima(level, name)
+            if np.isnan(held).any():
                 raise NotEmulatedError(f"{name} is missing at places of computed runs")
-            inputs = self.inputs.of(store)[rows]
-            found.append(
-                FieldLevel(inputs, values, runs["y"].to_numpy(), runs["x"].to_numpy(), places, before)
-            )
+            y, x = (runs[axis].to_numpy() for axis in ("y", "x"))
+            found.append(FieldLevel(self.at(level)[rows], held, y, x, places, before))
         return found
+
+    def _maxima(self, level: int, name: str) -> NDArray[np.floating]:
+        """Load a maximum of the usable runs of a level, shape (runs, ny, nx)."""
+        beside = [_cut(ensemble(store), self._box) for store in self.pool[level][1:]]
+        found, start = [], 0
+        for runs in (self.ensembles[level], *beside):
+            rows = self.usable[level] - start
+            rows = rows[(rows >= 0) & (rows < runs.sizes["run"])]
+            found.append(runs[name].isel(run=rows).transpose("run", "y", "x").to_numpy())
+            start += runs.sizes["run"]
+        return np.concatenate(found)
 
     @property
     def threshold(self) -> float | None:
@@ -146,7 +214,15 @@ class Sampled:
     def words(self) -> str:
         """Say what the numbers are made from: ``64 of 64 runs done at 8 m; 16 of 16 runs done at 4 m``."""
         parts = zip(self.stores, self.spacings, strict=True)
-        return "; ".join(f"{counts(store)} at {spacing:g} m" for store, spacing in parts)
+        said = [f"{counts(store)} at {spacing:g} m" for store, spacing in parts]
+        if self.chosen:
+            done, whole = (
+                sum(getattr(counts(each), name) for each in self.chosen) for name in ("computed", "planned")
+            )
+            said.append(
+                f"{done} of {whole} chosen runs done at {self.spacings[0]:g} m, which count in no share"
+            )
+        return "; ".join(said)
 
 
 @contextmanager
@@ -168,12 +244,14 @@ def sampled(path: Location) -> Iterator[Sampled]:
             raise NotEmulatedError("expected a sample, as draws come from its distributions; found none")
         if "max_depth" not in stores[0]:
             raise NotEmulatedError("expected max_depth, which output.fields leaves out")
-        found = Sampled(settings, tuple(stores))
-        runs, inputs = len(found.usable[0]), found.inputs.of(stores[0]).shape[1]
-        if few := support.of_runs(runs, inputs):
+        chosen = tuple(stack.enter_context(open_store(each)) for each in chosen_paths(path))
+        found = Sampled(settings, tuple(stores), chosen)
+        counted = int(computed(stores[0]).sum())
+        inputs = found.inputs.of(stores[0]).shape[1]
+        if few := support.of_runs(counted, inputs):
             raise NotEmulatedError(few)
         while len(found.stores) > 1 and not support.of_pairs(len(found.usable[-1]))[0]:
-            found = Sampled(settings, found.stores[:-1])
+            found = Sampled(settings, found.stores[:-1], chosen)
         yield found
 
 

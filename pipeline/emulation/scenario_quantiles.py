@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.assess.frames import on_surface
-from pipeline.assess.tables import ON_PROFILE, ON_SURFACE, QUANTITIES, SHARES, behind, values
+from pipeline.assess.tables import SHARES, behind, tabled, values
 from pipeline.emulation.sampled import Sampled
 from solver.emulator import support
 from solver.emulator.hull import inside
@@ -49,18 +48,17 @@ class Quantity:
 
 def emulated_scalars(runs: Sampled) -> list[Quantity]:
     """Fit an emulator to each quantity that quantiles are tabled of."""
-    left_out = ON_PROFILE if on_surface(runs.stores[0]) else ON_SURFACE
-    return [_fitted(runs, name) for name in QUANTITIES if name not in left_out]
+    return [_fitted(runs, name) for name in tabled(runs.stores[0])]
 
 
 def _fitted(runs: Sampled, name: str) -> Quantity:
     units = str(runs.stores[0][name].attrs.get("units", ""))
-    held = [values(store, name) for store in runs.stores]
+    held = [runs.values(level, name) for level in range(len(runs.stores))]
     known = [
         rows[np.isfinite(each.value[rows]) & ~each.at_least[rows] & ~each.at_most[rows]]
         for each, rows in zip(held, runs.usable, strict=True)
     ]
-    count, inputs = len(known[0]), runs.inputs.of(runs.stores[0])
+    count, inputs = int((known[0] < runs.counted).sum()), runs.at(0)
     if few := support.of_runs(count, inputs.shape[1]):
         return Quantity(name, units, known, None, Verdict(f"{few} with a known {name}"))
     for level in range(1, len(known)):
@@ -71,7 +69,7 @@ def _fitted(runs: Sampled, name: str) -> Quantity:
     some = [each.value[rows] for each, rows in zip(held, known, strict=False)]
     if np.ptp(some[0]) == 0:
         return Quantity(name, units, known, None, Verdict("all runs are alike"))
-    places = [runs.inputs.of(store)[rows] for store, rows in zip(runs.stores, known, strict=False)]
+    places = [runs.at(level)[rows] for level, rows in enumerate(known)]
     scalar = fit_scalar(places, some, runs.pairs(known))
     verdict = support.of_scalar(scalar.score)
     unknown = np.setdiff1d(runs.usable[0], known[0])

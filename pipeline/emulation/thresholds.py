@@ -3,17 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pipeline.emulation.sampled import Sampled
 from pipeline.hazard.mapping import PASCALS, QUANTITIES, Quantity
 from pipeline.settings.hazard import Hazard
+from pipeline.store.variables import RETURN_PERIOD
 from solver.emulator import support
+from solver.emulator.exceedance import Exceedance, exceedance
+from solver.emulator.extrapolation import at_place, on_lattice
 from solver.emulator.fields import Chosen, choose
+from solver.emulator.levels import Draws
 from solver.emulator.support import Verdict
 
+# verdict of what the emulator has no method for
+PLAIN = "not emulated"
 # what values of a field are relative to, in its units: some hundredths of it are the least that is told
 SIZES = {"max_depth": 1.0, "max_speed": 5.0, "max_momentum_flux": 10.0}
 
@@ -57,6 +63,31 @@ class Threshold:
         }
 
 
+def left_plain(runs: Sampled) -> list[dict[str, object]]:
+    """Rows of the table of leave-one-out of what is not emulated, whatever the runs are, and why."""
+    store = runs.stores[0]
+    reasons = {
+        "arrival times": (
+            "arrival_time" in store,
+            "a run has none where nothing arrives, and no value continues it there; the runs give them",
+        ),
+        "classes of intensity": (
+            {"max_depth", "max_speed"} <= {*store},
+            "a class joins thresholds of depth and of speed, whose errors go together; the runs give them",
+        ),
+        "events of each return period, levels of hazard": (
+            RETURN_PERIOD.name in store.variables,
+            "probabilities here are over all events; each period has few runs, which give them",
+        ),
+    }
+    empty = dict.fromkeys(("brier_ratio", "calibration", "q2", "coverage", "worst"), np.nan)
+    return [
+        {"scenario": runs.name, "what": what, "verdict": PLAIN, **empty, "reason": reason}
+        for what, (there, reason) in reasons.items()
+        if there
+    ]
+
+
 def limit_of(quantity: Quantity, threshold: float, density: float) -> float:
     """Give the value of its field at which a quantity reaches a threshold: of a pressure the speed."""
     return float(np.sqrt(threshold * PASCALS / density)) if quantity.name == "pressure" else threshold
@@ -65,6 +96,23 @@ def limit_of(quantity: Quantity, threshold: float, density: float) -> float:
 def fitted(runs: Sampled, asked: Hazard) -> list[Threshold]:
     """Fit what is asked for on maps, and at receptors, where depth counts from what reaches them on."""
     return [each for name in SIZES for each in _of_field(runs, asked, name)]
+
+
+def exceedance_of(runs: Sampled, chosen: Chosen, draws: Draws, *, mapped: bool = False) -> Exceedance:
+    """Give the probabilities of a threshold over draws, with what runs that are missing leave open.
+
+    mapped : whether the emulator is one over the lattice.
+    """
+    found = exceedance(chosen.levels, chosen.level, draws, runs.weight(runs.usable[0]))
+    past = runs.beyond(draws)
+    if past is None:
+        return found
+    if not mapped:
+        return replace(found, past=at_place(chosen.levels, chosen.level, past))
+    grid = runs.ensembles[-1]
+    spacing = float(np.diff(grid["y"]).mean()), float(np.diff(grid["x"]).mean())
+    half = on_lattice(chosen.levels, chosen.level, past, (grid.sizes["y"], grid.sizes["x"]), spacing)
+    return replace(found, past=half)
 
 
 def _of_field(runs: Sampled, asked: Hazard, name: str) -> Iterator[Threshold]:
@@ -82,7 +130,7 @@ def _of_field(runs: Sampled, asked: Hazard, name: str) -> Iterator[Threshold]:
         return
     fields = runs.fields(name)
     limits = list(dict.fromkeys(wanted.values()))
-    maps, places = choose(fields, limits, runs.weight(runs.usable[0]), SIZES[name])
+    maps, places = choose(fields, limits, runs.judged(runs.usable[0]), SIZES[name])
     for (quantity, threshold), limit in wanted.items():
         if threshold in getattr(asked, quantity.name):
             yield Threshold(quantity, threshold, "", maps.get(limit), _verdict(maps.get(limit), threshold))

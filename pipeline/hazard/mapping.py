@@ -39,6 +39,7 @@ from pipeline.runs import profile_ends, surface_summary
 from pipeline.scenario.scenario import stored
 from pipeline.settings.hazard import Hazard
 from pipeline.settings.settings import Settings
+from pipeline.store import zarr_store
 from pipeline.store.folder import whole
 from pipeline.store.place import store_paths
 from pipeline.store.storage import Location
@@ -302,6 +303,7 @@ def of_place(
     said: dict[str, dict[str, str]] = {}
     releases: dict[str, list[Any]] = {}
     warnings: list[object] = []
+    left_out = 0
     for path in store_paths(out):
         store = open_store(path)
         name = str(store.attrs["title"])
@@ -314,7 +316,8 @@ def of_place(
         releases[name] = release_outlines(store, spacing)
         _log.info("maps of %s", name)
         found = map_hazard(held[name], asked[name])
-        found.attrs["comment"] += _note(warned) + _level(settings)
+        left_out += (chosen := zarr_store.chosen(path))
+        found.attrs["comment"] += _note(warned) + _level(settings) + _left_out(chosen)
         said[name]["releases"] = json.dumps(releases[name])
         yield name, found.assign_attrs(title=name, **said[name])
     if len(held) > 1:
@@ -326,7 +329,7 @@ def of_place(
             if any(said[other].get(key) != said[first].get(key) for key in LAID):
                 raise NotTogetherError(f"{first} and {other} differ in their georeference")
         found = map_hazard(runs, asked[first])
-        found.attrs["comment"] += _note(warnings)
+        found.attrs["comment"] += _note(warnings) + _left_out(left_out)
         where = {key: said[first][key] for key in LAID if key in said[first]}
         where["releases"] = json.dumps([ring for rings in releases.values() for ring in rings])
         # receptors of one scenario need not be those of another
@@ -363,6 +366,11 @@ def _level(settings: Settings) -> str:
         return ""
     finer = ", ".join(f"{level.count} at {level.spacing:g} m" for level in levels[1:])
     return f", at {levels[0].spacing:g} m; those of {finer} count in emulated maps"
+
+
+def _left_out(chosen: int) -> str:
+    """Say how many runs were chosen beside the sample, which are no part of it."""
+    return f"; {chosen} chosen runs left out" if chosen else ""
 
 
 def about(store: xr.Dataset, settings: Settings) -> dict[str, str]:

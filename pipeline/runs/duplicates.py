@@ -18,7 +18,7 @@ from pipeline.store.storage import Location
 
 Place = tuple[Location, int]
 # what is no physics, and what is told of a run by its values
-_ELSEWHERE = frozenset({"name", "draws", *OF_ALL_RUNS})
+_ELSEWHERE = frozenset({"name", "draws", "chosen", *OF_ALL_RUNS})
 
 
 def copies(scenarios: Sequence[Scenario], out: Location) -> dict[Location, dict[int, Place]]:

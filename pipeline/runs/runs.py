@@ -9,7 +9,7 @@ from typing import overload
 from pipeline.mistakes import BadInput
 from pipeline.runs.run import Run
 from pipeline.runs.shared_points import SharedPoints, made
-from pipeline.scenario.design import design
+from pipeline.scenario.design import Design, design
 from pipeline.scenario.ground import of_run
 from pipeline.scenario.scenario import Scenario
 from pipeline.scenario.strict_yaml import parse
@@ -26,7 +26,8 @@ class Runs(Sequence[Run]):
     def __init__(self, scenario: Scenario) -> None:
         self.tables, self.ground = scenario.tables, scenario.ground
         self.hydrographs = scenario.hydrographs
-        self.design = design(scenario.settings)
+        chosen = scenario.chosen
+        self.design = design(scenario.settings) if chosen is None else Design({}, chosen.draws)
         self._data = {name: value for name, value in scenario.data.items() if name not in OF_ALL_RUNS}
         if scenario.settings.domain is not None:
             # given or found

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.runs.runs import Runs
+from pipeline.runs.runs import Runs, expand
 from pipeline.runs.scene_of_run import Prepared, build_scene, section_times
 from pipeline.runs.shared_points import SharedPoints
 from pipeline.runs.stored_values import profile_values
-from pipeline.scenario.design import return_periods, weights
+from pipeline.scenario.design import ChosenRuns, return_periods, weights
 from pipeline.scenario.scenario import said
 from pipeline.scenario.sweep import meaning_of
 from pipeline.settings.points import LatticePoints
@@ -20,6 +20,8 @@ from pipeline.store import provenance
 from pipeline.store.layout import Template, group_size, run_bytes
 from pipeline.store.variables import (
     BUILDING,
+    CHOSEN_FOR,
+    CHOSEN_FROM,
     RETURN_PERIOD,
     SECTION_COORDINATES,
     SECTIONS,
@@ -141,6 +143,9 @@ def section_coordinates(scenario: Scenario) -> list[tuple[Variable, NDArray[Any]
 
 def shares(scenario: Scenario) -> list[tuple[Variable, NDArray[Any]]]:
     """Give weights and return periods as coordinates on ``run``, which may change without its values."""
+    if scenario.chosen is not None:
+        # which count in no share
+        return [(WEIGHT, np.zeros(len(expand(scenario))))]
     periods = return_periods(scenario.settings)
     return [
         (WEIGHT, weights(scenario.settings)),
@@ -174,6 +179,11 @@ def parameters(runs: Runs) -> list[tuple[Variable, NDArray[Any]]]:
     return found
 
 
+def chosen_attributes(chosen: ChosenRuns) -> dict[str, str]:
+    """Attributes of a store of chosen runs: what they were chosen for, and from what."""
+    return {CHOSEN_FOR: chosen.target, CHOSEN_FROM: chosen.origin}
+
+
 def attributes(scenario: Scenario) -> dict[str, str]:
     """Attributes of the store: what was asked for, and by what it was made."""
     return {
@@ -183,6 +193,7 @@ def attributes(scenario: Scenario) -> dict[str, str]:
         "scenario_content": scenario.content,
         "scenario_hash": scenario.digest,
         "domain": scenario.settings.bounds.model_dump_json(),
+        **({} if scenario.chosen is None else chosen_attributes(scenario.chosen)),
         **({} if scenario.ground is None else {"crs": scenario.ground.crs}),
         **provenance.made_by(),
     }

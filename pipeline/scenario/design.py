@@ -22,6 +22,25 @@ Draws = Mapping[str, tuple[Value, ...]]
 
 
 @dataclass(frozen=True)
+class ChosenRuns:
+    """Runs that were chosen beside a sample, and are no part of it.
+
+    Parameters
+    ----------
+    target : str
+        What they were chosen for, ``school: depth > 1.2``.
+    draws : mapping of str to tuple
+        Their values by varied key, in the order of the design.
+    origin : str
+        From which runs they were chosen, and what these said of the target.
+    """
+
+    target: str
+    draws: Draws
+    origin: str = ""
+
+
+@dataclass(frozen=True)
 class Design:
     """Values of the varied keys by run: the product of lists, and for each of its entries all draws.
 

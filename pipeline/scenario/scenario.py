@@ -19,7 +19,7 @@ from pipeline.inputs.hydrograph_table import HydrographTable
 from pipeline.inputs.point_file import PointFile
 from pipeline.mistakes import BadInput, Mistake, describe
 from pipeline.scenario import checks
-from pipeline.scenario.design import draw
+from pipeline.scenario.design import ChosenRuns, draw
 from pipeline.scenario.levels import split
 from pipeline.scenario.places import part_inside
 from pipeline.scenario.schema_errors import check
@@ -70,6 +70,8 @@ class Scenario:
         domain.
     hydrographs : mapping of str to HydrographTable
         Those of files, by the name the settings give them.
+    chosen : ChosenRuns, optional
+        The runs, in place of those of the design, of a scenario of chosen runs.
     warnings : tuple of str
         One line each, to be shown and not to be stopped by.
     """
@@ -85,6 +87,7 @@ class Scenario:
     warnings: tuple[str, ...] = ()
     ground: Ground | None = None
     hydrographs: Mapping[str, HydrographTable] = field(default_factory=dict)
+    chosen: ChosenRuns | None = None
 
     @property
     def name(self) -> str:

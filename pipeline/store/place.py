@@ -33,6 +33,8 @@ ROOT = "zarr.json"
 MOST_NAMED = 5
 # between the name of a scenario and that of one of its finer levels, which no name of a scenario has
 LEVEL = "/"
+# begins the name of runs that were chosen beside a sample, ``valley/chosen-1``
+CHOSEN = "chosen-"
 
 
 def store_path(out: Location, name: str) -> Location:
@@ -53,10 +55,22 @@ def hidden(name: str) -> str:
 
 
 def with_levels(paths: Sequence[Location]) -> list[Location]:
-    """List stores, each followed by those of its finer levels."""
+    """List stores, each followed by those of its finer levels and of its chosen runs."""
     return [
-        each for path in paths for each in (path, *sorted(filter(is_made, path.glob("*m.zarr")), key=str))
+        each
+        for path in paths
+        for each in (path, *sorted(filter(is_made, path.glob("*m.zarr")), key=str), *chosen_paths(path))
     ]
+
+
+def chosen_paths(path: Location) -> list[Location]:
+    """List the stores of the runs that were chosen beside those of a store, the first ones first."""
+    return sorted(filter(is_made, path.glob(f"{CHOSEN}*.zarr")), key=chosen_number)
+
+
+def chosen_number(path: Location) -> int:
+    """Give the number of a store of chosen runs, from 1."""
+    return int(path.stem.removeprefix(CHOSEN))
 
 
 def store_paths(out: Location) -> list[Location]:

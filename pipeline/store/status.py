@@ -11,7 +11,7 @@ from pipeline.store import provenance, zarr_store
 from pipeline.store.place import holder, store_name, store_paths, with_levels
 from pipeline.store.provenance import short
 from pipeline.store.storage import Location
-from pipeline.store.variables import Status
+from pipeline.store.variables import CHOSEN_FOR, Status
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,9 @@ class Survey:
         if (here := short(provenance.made_by()["summary_hash"])) not in summaries:
             note += f"; summaries here: {here}"
         scenario = short(held.get("scenario_hash"))
-        return f"{self.name}: {total} run{'s' * (total != 1)}: {counts}\n  scenario {scenario}, {made}{note}"
+        chosen = f"\n  chosen for {held[CHOSEN_FOR]}; no part of the sample" if CHOSEN_FOR in held else ""
+        head = f"{self.name}: {total} run{'s' * (total != 1)}: {counts}{chosen}"
+        return f"{head}\n  scenario {scenario}, {made}{note}"
 
 
 def survey(out: Location) -> Iterator[Survey]:

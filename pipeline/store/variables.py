@@ -14,6 +14,8 @@ RUN = ("run",)
 
 # variable that says how x and y lie on the Earth
 GRID_MAPPING = "spatial_ref"
+# attributes of a store of chosen runs: what they were chosen for, and from which runs
+CHOSEN_FOR, CHOSEN_FROM = "chosen_for", "chosen_from"
 _NOWHERE = "missing, as it has no meaning on an elevation model"
 # what variables are on an elevation model, where that is something else
 ON_SURFACE = {

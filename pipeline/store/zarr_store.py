@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from zarr.api.asynchronous import open_group
 from zarr.core.sync import sync
 
-from pipeline.store.place import ROOT, not_a_store
+from pipeline.store.place import ROOT, chosen_paths, not_a_store
 from pipeline.store.storage import Location, store_of
 from pipeline.store.variables import DIGEST, LATER, PER_RUN, STATUS, TIMINGS, Status, Variable, parameter_keys
 
@@ -142,6 +142,11 @@ def statuses(path: Location, runs: slice = slice(None)) -> NDArray[np.int8]:
     """Give the status of every run, or of some, shape (runs,): all that resuming reads."""
     root = read(path)
     return np.asarray(_array(root, STATUS)[runs], np.int8)
+
+
+def chosen(path: Location) -> int:
+    """Count the runs that were chosen beside those of a store, whatever became of them."""
+    return sum(statuses(each).size for each in chosen_paths(path))
 
 
 def group(path: Location) -> int:

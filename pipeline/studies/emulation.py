@@ -4,109 +4,42 @@
 its pictures. ``--runs PLACE`` keeps the runs there, or takes those that are there; ``--to FOLDER`` gets
 tables and pictures. 4,096 runs at 8 m and 1,024 at 4 m take about half an hour of processor time.
 
-A block of n runs are n consecutive points of the Sobol sequence, which are even like the first ones.
 """
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
-import xarray as xr
-import yaml
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
+from scipy.spatial.distance import cdist
 
 import pipeline
 from pipeline.emulation.calibrated import emulated_measures
+from pipeline.emulation.next_runs import chosen_runs, probability_of, target_of
 from pipeline.emulation.sampled import Sampled
-from pipeline.scenario.scenario import stored
 from pipeline.store import run_table
 from pipeline.store.variables import Status
-from pipeline.store.zarr_store import open_store
-from solver.emulator.exceedance import Exceedance, exceedance
+from pipeline.studies.emulation_maps import DRAWS, PAIRS, cut, draw, emulated
+from pipeline.studies.emulation_truth import CLOSE, TRUTH, WIDE, Truth, blocks, scenario
+from solver.emulator.exceedance import exceedance
 from solver.emulator.fields import choose
 from solver.emulator.outline import measures, moved
 from solver.emulator.posterior import Measured
 
 Array = NDArray[np.float64]
-VALLEY = Path("scenarios/valley/valley.yaml")
-# runs of the truth by spacing, m
-TRUTH = {8.0: 4096, 4.0: 1024}
 COUNTS = (32, 64, 128)
-BLOCKS = 4
-PAIRS = 16
 MISSING = 8
-THRESHOLDS = (0.25, 0.5, 1.0)
 SHARES = (0.5, 0.95)
+# a rare probability, and how many runs are chosen for it
+RARE, FEW, CHOSEN = "school: depth > 1.2", 32, 16
 # where a probability is neither next to 0 nor to 1
 OPEN = (0.01, 0.99)
-DRAWS = 4096
 # depth of a deposit, m, and runs that are taken as observed, a block
 DEPOSIT, OBSERVED = 0.1, 40
-FIELDS = ["max_depth", "max_speed", "arrival_time", "deposit_depth"]
-WIDE, CLOSE = TRUTH
-
-
-def name(spacing: float) -> str:
-    """Name of the scenario of a truth."""
-    return f"valley-{spacing:g}m"
-
-
-def scenario(spacing: float, count: int) -> dict[str, Any]:
-    """Give the valley on a spacing, with many Sobol draws."""
-    content: dict[str, Any] = yaml.safe_load(VALLEY.read_text(encoding="utf-8"))
-    content["name"], content["points"] = name(spacing), {"spacing": spacing}
-    content["terrain"]["file"] = str((VALLEY.parent / content["terrain"]["file"]).resolve())
-    content["output"]["fields"] = FIELDS
-    content["sample"] |= {"design": "sobol", "count": count}
-    return content
-
-
-class Truth:
-    """Many runs on one spacing, and blocks of them."""
-
-    def __init__(self, place: Path, spacing: float) -> None:
-        self.store = open_store(place / f"{name(spacing)}.zarr").load()
-        self.settings = stored(self.store.attrs)
-
-    def depth(self, rows: slice | NDArray[np.intp] = slice(None)) -> NDArray[np.float32]:
-        """Largest depths of some runs, (runs, ny, nx)."""
-        found: NDArray[np.float32] = self.store["max_depth"].to_numpy()[rows]
-        return found
-
-    def exceedance(self, threshold: float) -> Array:
-        """Share of all runs above a threshold, (ny, nx)."""
-        found: Array = (self.depth() > threshold).mean(axis=0)
-        return found
-
-    def runs(self, rows: NDArray[np.intp], finer: Truth | None = None, pairs: int = 0) -> Sampled:
-        """Give a block of runs as if no others had been computed; with the first of it on a finer spacing."""
-        stores = [self.store.isel(run=rows)]
-        if finer is not None:
-            stores.append(finer.store.isel(run=rows[:pairs]))
-        return Sampled(self.settings, tuple(stores))
-
-
-def emulated(runs: Sampled, thresholds: Sequence[float] = THRESHOLDS) -> dict[float, Exceedance]:
-    """Emulate maps of thresholds, where the flow of the runs comes."""
-    weight, draws = runs.weight(runs.usable[0]), runs.inputs.draws(DRAWS)
-    chosen, _ = choose(runs.fields("max_depth"), thresholds, weight)
-    return {
-        threshold: exceedance(each.levels, each.level, draws, weight) for threshold, each in chosen.items()
-    }
-
-
-def cut(runs: Sampled, whole: Array, truth: xr.Dataset) -> Array:
-    """Cut a map of the truth to what is emulated, as one row."""
-    part = runs.ensembles[-1]
-    rows = np.isin(truth["y"].to_numpy(), part["y"].to_numpy())
-    columns = np.isin(truth["x"].to_numpy(), part["x"].to_numpy())
-    return np.asarray(whole[np.ix_(rows, columns)].ravel())
 
 
 def errors(
@@ -134,13 +67,6 @@ def errors(
         yield row
 
 
-def blocks(count: int) -> Iterator[NDArray[np.intp]]:
-    """Give some blocks of runs, far from each other in the sequence but within the smaller truth."""
-    step = max(1, min(TRUTH.values()) // count // BLOCKS)
-    for i in range(BLOCKS):
-        yield np.arange(i * step * count, (i * step + 1) * count)
-
-
 def maps(wide: Truth, close: Truth) -> Iterator[dict[str, object]]:
     """Compare maps of few runs, of runs without the largest, and of two spacings."""
     for count in COUNTS:
@@ -148,13 +74,47 @@ def maps(wide: Truth, close: Truth) -> Iterator[dict[str, object]]:
             yield from errors(wide.runs(rows), wide, wide.depth(rows), f"{count} runs at {WIDE:g} m")
     for rows in blocks(64):
         volume = wide.store["volume"].to_numpy()[rows]
-        rest = np.sort(rows[np.argsort(volume)[:-MISSING]])
+        failed, rest = np.split(rows[np.argsort(-volume)], [MISSING])
         words = f"64 runs at {WIDE:g} m, the {MISSING} largest failed"
-        yield from errors(wide.runs(rest), wide, wide.depth(rest), words)
+        yield from errors(wide.runs(rows, failed=failed), wide, wide.depth(rest), words)
     for rows in blocks(64):
         runs, few = wide.runs(rows, close, PAIRS), close.depth(rows[:PAIRS])
         words = f"64 runs at {WIDE:g} m and {PAIRS} at {CLOSE:g} m"
         yield from errors(runs, close, few, words, two_levels=True)
+
+
+def next_runs(wide: Truth) -> Iterator[dict[str, object]]:
+    """Compare a rare probability from a sample, from a larger one, and with runs chosen beside a sample.
+
+    Of the runs of the truth those next to what is chosen stand for it.
+    """
+    target = target_of(RARE, wide.settings)
+    whole = wide.runs(np.arange(wide.store.sizes["run"]))
+    maxima = whole.fields("max_depth")[0]
+    flat = maxima.values.reshape(len(maxima.values), -1)
+    above = flat[:, maxima.places[target.receptor]].max(axis=1) > target.threshold
+    at, known = whole.at(0), float(above.mean())
+    for rows in blocks(FEW):
+        asked = chosen_runs(wide.runs(rows), target, CHOSEN)
+        columns = [whole.inputs.by_key[key].of(values) for key, values in asked.draws.items()]
+        free = np.setdiff1d(np.arange(len(at)), rows)
+        near = free[cdist(np.concatenate(columns, axis=1), at[free]).argmin(axis=1)]
+        tried = {
+            f"{FEW} runs": wide.runs(rows),
+            f"{FEW + CHOSEN} runs": wide.runs(np.arange(rows[0], rows[0] + FEW + CHOSEN)),
+            f"{FEW} runs and {CHOSEN} chosen": wide.runs(rows, chosen=np.unique(near)),
+        }
+        for words, runs in tried.items():
+            found = probability_of(runs, target)
+            error = float(found.probability[0]) - known
+            yield {
+                "what": f"{RARE} m, {words}",
+                "probability": known,
+                "rmse": error,
+                "coverage": float(abs(error) <= found.sampling[0]),
+                "interval": float(found.sampling[0]),
+                "rmse_of_share": float(above[runs.stores[0]["run"].to_numpy()].mean()) - known,
+            }
 
 
 def receptors(wide: Truth) -> Iterator[dict[str, object]]:
@@ -233,52 +193,6 @@ def over_blocks(rows: Iterator[dict[str, object]], by: list[str]) -> pd.DataFram
     return found
 
 
-def draw(wide: Truth, close: Truth, path: Path, threshold: float = 0.5) -> None:
-    """Draw the truth, the share of the runs, the emulated map and its error side by side."""
-    rows = next(blocks(64))
-    columns = [
-        _panels(wide.runs(rows), wide, wide.depth(rows), WIDE, f"64 runs at {WIDE:g} m", threshold),
-        _panels(
-            wide.runs(rows, close, PAIRS), close, close.depth(rows[:PAIRS]), CLOSE,
-            f"64 at {WIDE:g} m, {PAIRS} at {CLOSE:g} m", threshold,
-        ),
-    ]  # fmt: skip
-    figure = Figure(figsize=(11, 9), layout="constrained", dpi=130)
-    for panels, column in zip(figure.subplots(5, 2).T, columns, strict=True):
-        for panel, (title, grid, values, largest) in zip(panels, column, strict=True):
-            shape = grid.sizes["y"], grid.sizes["x"]
-            colours = "YlGnBu" if largest == 1 else "magma_r"
-            mesh = panel.pcolormesh(
-                grid["x"], grid["y"], values.reshape(shape), vmin=0, vmax=largest,
-                cmap=colours, shading="nearest",
-            )  # fmt: skip
-            panel.set_aspect("equal")
-            panel.set_title(title, fontsize="small", loc="left")
-            figure.colorbar(mesh, ax=panel, shrink=0.9)
-    figure.suptitle(f"share of events deeper than {threshold:g} m; along and across the bed in m")
-    figure.savefig(path)
-
-
-Panel = tuple[str, xr.Dataset, Array, float]
-
-
-def _panels(
-    runs: Sampled, truth: Truth, plain: NDArray[np.float32], spacing: float, words: str, threshold: float
-) -> list[Panel]:
-    """Give title, lattice, values and largest shown value of the pictures of one column."""
-    found, part = emulated(runs, [threshold])[threshold], runs.ensembles[-1]
-    known = cut(runs, truth.exceedance(threshold), truth.store)
-    share = cut(runs, (plain > threshold).mean(axis=0), truth.store)
-    half, named = (found.sampling, "95 % interval") if found.levels == 1 else (found.total(), "total error")
-    return [
-        (f"truth: {TRUTH[spacing]:,} runs at {spacing:g} m", part, known, 1.0),
-        (f"share of {len(plain)} runs at {spacing:g} m", part, share, 1.0),
-        (f"emulated from {words}", part, found.probability, 1.0),
-        (f"half width of its {named}", part, half, 0.12),
-        ("its difference from the truth", part, np.abs(found.probability - known), 0.12),
-    ]
-
-
 def main() -> None:
     """Compute the runs, print the tables and draw the pictures."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -290,6 +204,7 @@ def main() -> None:
     given.to.mkdir(parents=True, exist_ok=True)
     made = {
         "maps": over_blocks(maps(wide, close), ["what", "threshold"]),
+        "next-runs": over_blocks(next_runs(wide), ["what"]),
         "receptors": over_blocks(receptors(wide), ["what"]),
         "runouts": over_blocks(runouts(wide), ["what"]),
         "calibrations": over_blocks(calibrations(wide), ["what"]),

@@ -42,6 +42,8 @@ class Exceedance:
         By leave-one-out.
     levels : int
         How many.
+    past : array or float
+        Half width of what draws beyond the computed runs add, where runs are missing there.
     """
 
     probability: Array
@@ -49,11 +51,13 @@ class Exceedance:
     variance: Array
     score: ExceedanceScore
     levels: int
+    past: Array | float = 0.0
 
     @property
     def sampling(self) -> Array:
-        """Half the width of the 95 % interval of what few runs leave open."""
-        return TWO_SIDED * np.sqrt(self.variance)
+        """Half the width of the 95 % interval of what few runs leave open, and missing ones."""
+        half: Array = np.hypot(TWO_SIDED * np.sqrt(self.variance), self.past)
+        return half
 
     @property
     def typical_change(self) -> float:

@@ -67,7 +67,12 @@ class Chosen:
 
 
 def choose(
-    runs: Sequence[FieldLevel], thresholds: Sequence[float], weight: Array, size: float = 1.0
+    runs: Sequence[FieldLevel],
+    thresholds: Sequence[float],
+    weight: Array,
+    size: float = 1.0,
+    *,
+    mapped: bool = True,
 ) -> tuple[dict[float, Chosen], dict[tuple[str, float], Chosen]]:
     """Fit emulators of fields, and of the largest value at each place, for each threshold.
 
@@ -78,9 +83,11 @@ def choose(
     thresholds : sequence of float
         Of the field; those too low to be told from dry are left out.
     weight : array, shape (n,)
-        Share of each run of the coarsest level.
+        Of each run of the coarsest level in the scores; their sum is 1.
     size : float
         What values of the field are relative to, see `Latent`.
+    mapped : bool
+        Whether to fit emulators of the fields, which take longest.
 
     Returns
     -------
@@ -96,12 +103,13 @@ def choose(
     near_places: dict[str, Levels] = {}
     for latent in candidates(size) if wanted else ():
         held = [latent.of(each.values, _spacing(each)) for each in runs]
-        on_map = [
-            interpolated(fields, (each.y, each.x), (last.y, last.x)).reshape(len(fields), -1)
-            for fields, each in zip(held, runs, strict=True)
-        ]
-        near = _fitted(runs, on_map, near)
-        _keep(maps, near, latent, {threshold: threshold for threshold in wanted}, weight)
+        if mapped:
+            on_map = [
+                interpolated(fields, (each.y, each.x), (last.y, last.x)).reshape(len(fields), -1)
+                for fields, each in zip(held, runs, strict=True)
+            ]
+            near = _fitted(runs, on_map, near)
+            _keep(maps, near, latent, {threshold: threshold for threshold in wanted}, weight)
         for name in last.places:
             largest = [
                 fields.reshape(len(fields), -1)[:, each.places[name]].max(axis=1, keepdims=True)

@@ -5,6 +5,7 @@ import os
 import resource
 import signal
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -135,3 +136,11 @@ def breaking(scene, times, *, store, **options):
 def lasting(kinds, piece):
     """In place of compiling: outlasts its test."""
     time.sleep(60)
+
+
+def gliding(scene, times, *, log, **options):
+    """Have depths that fall smoothly along x, the less the smaller the bed friction."""
+    result = by_friction(scene, times, log=log, harm=False, **options)
+    x, _ = scene.points.coordinates
+    depth = np.maximum(0.0, 2.0 - 0.04 * scene.friction.bed_friction - 0.1 * x * np.ones(scene.points.shape))
+    return replace(result, max_depth=depth, max_speed=5 * depth)

@@ -62,6 +62,35 @@ def test_leave_one_out_comes_first_and_speaks_of_all_that_is_asked(whole):
     assert table.loc["runout_distance", "q2"] > 0.99
 
 
+def test_what_stays_plain_is_named_with_its_reason(whole):
+    table = whole.tables["leave-one-out"].set_index("what")
+    plain = table[table["verdict"] == "not emulated"]
+    assert [*plain.index] == ["arrival times", "classes of intensity"]
+    assert "nothing arrives" in plain.loc["arrival times", "reason"]
+    assert not [line for line in whole.refused if "arrival" in line]
+    (store,) = sheet()
+    store["return_period"] = ("run", np.full(64, 30.0))
+    told = made([store]).tables["leave-one-out"]["what"]
+    assert told.iloc[-1] == "events of each return period, levels of hazard"
+
+
+def test_chosen_runs_sharpen_what_is_emulated_and_change_no_share(whole):
+    (sample,) = sheet()
+    more = sheet(96)[0].isel(run=np.arange(64, 96)).assign_attrs(chosen_for="far: depth > 0.1")
+    runs = Sampled(stored(sample.attrs), (sample,), (more,))
+    assert runs.weight(runs.usable[0])[64:].tolist() == [0.0] * 32
+    found = emulate(runs, runs.settings.hazard, 1024)
+    before, after = (
+        each.tables["emulated-receptors"].set_index(["receptor", "threshold"]).loc[("far", 0.1)]
+        for each in (whole, found)
+    )
+    for name in ("probability", "probability_lower", "probability_upper"):
+        assert after[name] == before[name]
+    assert after["emulated"] != before["emulated"]
+    assert "32 of 32 chosen runs done at 4 m, which count in no share" in found.comment
+    assert found.maps["depth_exceedance"].equals(whole.maps["depth_exceedance"])
+
+
 def test_receptors_have_probabilities_with_errors_beside_those_of_the_runs(whole):
     rows = whole.tables["emulated-receptors"].set_index(["receptor", "threshold"])
     for place, x in (("near", 48.0), ("far", 84.0)):
