@@ -191,28 +191,30 @@ def test_what_comes_to_no_data_has_left_and_scenarios_are_laid_over_each_other(f
     assert maps["all scenarios"].attrs["crs"] == "EPSG:2056"
 
 
+@pytest.fixture(scope="module")
+def observed(place, tmp_path_factory):
+    """The deposit of one of the runs as if it had been observed, as outline and as depths."""
+    folder = tmp_path_factory.mktemp("observed")
+    with xr.open_zarr(place / "small.zarr", consolidated=False) as store:
+        deposit = store["deposit_depth"].isel(run=2).astype(float).load()
+    cells = [
+        shapely.box(x, y, x + SIDE, y + SIDE)
+        for y, x in np.argwhere(deposit.to_numpy() > 0.05) * SIDE + (NORTH - SIDE * ROWS, WEST)
+    ]
+    whole = np.array([shapely.to_wkb(shapely.union_all(cells))], dtype=object)
+    pyogrio.raw.write(
+        folder / "outline.gpkg", whole, [np.array(["seen"], dtype=object)], ["name"], crs="EPSG:2056",
+        geometry_type="MultiPolygon" if shapely.union_all(cells).geom_type != "Polygon" else "Polygon",
+    )  # fmt: skip
+    write_raster(folder / "depth.tif", deposit.to_numpy()[::-1])
+    deposit.rename("depth").drop_vars([c for c in deposit.coords if c not in ("x", "y")]).to_netcdf(
+        folder / "depth.nc"
+    )
+    return folder
+
+
 class TestCalibration:
     """The deposit of one of the runs as if it had been observed."""
-
-    @pytest.fixture(scope="class")
-    def observed(self, place, tmp_path_factory):
-        folder = tmp_path_factory.mktemp("observed")
-        with xr.open_zarr(place / "small.zarr", consolidated=False) as store:
-            deposit = store["deposit_depth"].isel(run=2).astype(float).load()
-        cells = [
-            shapely.box(x, y, x + SIDE, y + SIDE)
-            for y, x in np.argwhere(deposit.to_numpy() > 0.05) * SIDE + (NORTH - SIDE * ROWS, WEST)
-        ]
-        whole = np.array([shapely.to_wkb(shapely.union_all(cells))], dtype=object)
-        pyogrio.raw.write(
-            folder / "outline.gpkg", whole, [np.array(["seen"], dtype=object)], ["name"], crs="EPSG:2056",
-            geometry_type="MultiPolygon" if shapely.union_all(cells).geom_type != "Polygon" else "Polygon",
-        )  # fmt: skip
-        write_raster(folder / "depth.tif", deposit.to_numpy()[::-1])
-        deposit.rename("depth").drop_vars([c for c in deposit.coords if c not in ("x", "y")]).to_netcdf(
-            folder / "depth.nc"
-        )
-        return folder
 
     @pytest.mark.parametrize("name", ["outline.gpkg", "depth.tif", "depth.nc"])
     def test_finds_the_run_again(self, place, observed, name):
