@@ -114,7 +114,7 @@ def write_emulated(found: Emulated, folder: Path, pictures: bool, tell: Tell) ->
     """Write emulated maps to a folder; where there is none nothing is written."""
     from pipeline.emulation.emulate import FILE
     from pipeline.hazard.map_files import write_maps
-    from pipeline.hazard.mapping import write
+    from pipeline.hazard.netcdf import write
 
     if found.maps is None:
         return

@@ -71,7 +71,8 @@ def hazard_maps(
     """
     from pipeline.assess.ensemble import NotTogetherError
     from pipeline.hazard.map_files import Written, write_maps, write_place
-    from pipeline.hazard.mapping import WHOLE, of_place, write
+    from pipeline.hazard.netcdf import write
+    from pipeline.hazard.place_maps import WHOLE, of_place
 
     thresholds = checked_thresholds(
         depth=depth, speed=speed, momentum_flux=momentum_flux, pressure=pressure, erosion_depth=erosion_depth
@@ -159,7 +160,7 @@ def compare(
     """
     from pipeline.hazard import differences
     from pipeline.hazard.map_files import draw_differences
-    from pipeline.hazard.mapping import write
+    from pipeline.hazard.netcdf import write
 
     thresholds = checked_thresholds(depth=depth, speed=speed, momentum_flux=momentum_flux, pressure=pressure)
     if spacing is not None:

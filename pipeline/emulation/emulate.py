@@ -16,7 +16,7 @@ from pipeline.emulation.places import receptor_rows
 from pipeline.emulation.sampled import Sampled, sampled
 from pipeline.emulation.scenario_quantiles import emulated_scalars, quantile_rows
 from pipeline.emulation.thresholds import fitted, left_plain
-from pipeline.hazard.mapping import about
+from pipeline.hazard.place_maps import about
 from pipeline.settings.hazard import Hazard
 from pipeline.store.place import store_paths
 from pipeline.store.storage import Location

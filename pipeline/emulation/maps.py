@@ -14,7 +14,8 @@ from pipeline.assess.probability import BOUNDS
 from pipeline.assess.probability import exceedance as plain_exceedance
 from pipeline.emulation.sampled import Sampled
 from pipeline.emulation.thresholds import Threshold, exceedance_of, limit_of
-from pipeline.hazard.mapping import BOUND_NAMES, QUANTITIES, THREADS, Quantity
+from pipeline.hazard.mapping import THREADS
+from pipeline.hazard.quantities import BOUND_NAMES, QUANTITIES, Quantity
 from pipeline.settings.hazard import Hazard
 from pipeline.store.variables import COORDINATES, SURFACE_COORDINATES
 from solver.emulator.exceedance import REST, Exceedance

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pipeline.emulation.sampled import Sampled
-from pipeline.hazard.mapping import PASCALS, QUANTITIES, Quantity
+from pipeline.hazard.quantities import PASCALS, QUANTITIES, Quantity
 from pipeline.settings.hazard import Hazard
 from pipeline.store.variables import RETURN_PERIOD
 from solver.emulator import support

@@ -8,6 +8,9 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.backend_bases import RendererBase
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import ListedColormap
+from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 from matplotlib.text import Annotation
 from matplotlib.ticker import MaxNLocator
@@ -15,10 +18,12 @@ from matplotlib.transforms import Bbox
 from numpy.typing import NDArray
 
 from pipeline.assess.georeference import Frame
+from pipeline.assess.relief import draw_relief
 from pipeline.gis.vectors import RELEASE_COLOUR
 
 Array = NDArray[np.float64]
 WIDTH = 8.0
+BUILDING_COLOUR = "0.25"
 HALO = (withStroke(linewidth=2.2, foreground="white"),)
 # where the name of a receptor may stand, in points from it, with the side of the text that is there
 PLACES = (
@@ -30,6 +35,57 @@ PLACES = (
         (-14, 0, "right", "center"),
     ),
 )
+
+
+def laid(found: xr.Dataset, frame: Frame | None) -> tuple[Array, Array, tuple[Array, Array]]:
+    """Lay the points of maps on the ground, where there is a frame; their coordinates and the corners."""
+    x, y = np.meshgrid(found["x"].to_numpy(), found["y"].to_numpy())
+    if frame:
+        return *frame.on_map(x, y), frame.corners
+    return x, y, (x[[0, -1], [0, -1]], y[[0, -1], [0, -1]])
+
+
+def has_relief(found: xr.Dataset) -> bool:
+    """Say whether the ground below maps is an elevation model, which is shaded."""
+    return "elevation" in found.coords and found["elevation"].ndim == 2
+
+
+def draw_ground(panel: Axes, east: Array, north: Array, found: xr.Dataset) -> None:
+    """Draw the terrain, shaded on an elevation model, and the buildings."""
+    if has_relief(found):
+        draw_relief(panel, east[0], north[:, 0], found["elevation"].to_numpy())
+    else:
+        contour_bed(panel, east, north, found)
+    fill_buildings(panel, east, north, found)
+
+
+def renderer_of(figure: Figure) -> RendererBase:
+    """Give what measures the texts of a figure."""
+    found: RendererBase = FigureCanvasAgg(figure).get_renderer()  # type: ignore[no-untyped-call]
+    return found
+
+
+def panels_of(shape: float, count: int, wide: bool) -> tuple[Figure, list[Axes]]:
+    """Make panels below each other where they are wide, else the bounds side by side below the estimate."""
+    height = float(np.clip(WIDTH * shape, 1.2, 9.0))
+    rows = count if wide else min(count, 1.5)
+    size = (WIDTH + 1.2, (height + 0.3) * rows + 0.6)
+    figure = Figure(figsize=size, layout="compressed", dpi=150)
+    if wide:
+        return figure, list(figure.subplots(count, 1, sharex=True, squeeze=False).flat)
+    if count == 2:
+        figure.set_size_inches(WIDTH + 1.2, 0.5 * height + 1.2)
+        return figure, list(figure.subplots(1, 2, squeeze=False).flat)
+    grid = figure.add_gridspec(2, 2, height_ratios=(2, 1)) if count > 1 else figure.add_gridspec(1, 1)
+    below = [figure.add_subplot(grid[1, i]) for i in range(count - 1)]
+    return figure, [figure.add_subplot(grid[0, :]), *below]
+
+
+def fill_buildings(panel: Axes, x: Array, y: Array, found: xr.Dataset) -> None:
+    """Fill the cells of buildings, where there are."""
+    if "building" in found.coords:
+        stands = np.ma.masked_equal(found["building"].to_numpy(), 0)
+        panel.pcolormesh(x, y, stands, cmap=ListedColormap([BUILDING_COLOUR]), shading="nearest")
 
 
 def contour_bed(panel: Axes, x: Array, y: Array, found: xr.Dataset) -> None:

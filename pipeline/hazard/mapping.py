@@ -1,13 +1,8 @@
-"""Hazard of the runs of a place: shares that exceed thresholds, quantiles, arrival, intensity and level."""
+"""Hazard of an ensemble: shares that exceed thresholds, quantiles, arrival, intensity and level."""
 
 from __future__ import annotations
 
-import json
-import logging
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
+from collections.abc import Sequence
 
 import dask
 import numpy as np
@@ -15,11 +10,8 @@ import xarray as xr
 
 from pipeline.assess.ensemble import (
     Counts,
-    NotTogetherError,
     counts,
-    ensemble,
     events_per_year,
-    together,
 )
 from pipeline.assess.frames import on_surface
 from pipeline.assess.probability import (
@@ -33,67 +25,18 @@ from pipeline.assess.probability import (
 )
 from pipeline.hazard import intensity
 from pipeline.hazard.layers import EARLIEST
-from pipeline.hazard.release_outlines import release_outlines
-from pipeline.inputs.reference_system import cf_attributes
-from pipeline.runs import profile_ends, surface_summary
-from pipeline.scenario.scenario import stored
+from pipeline.hazard.quantities import ALWAYS, BOUND_NAMES, PASCALS, QUANTILE_NAMES, QUANTITIES, Quantity
 from pipeline.settings.hazard import Hazard
-from pipeline.settings.settings import Settings
-from pipeline.store import zarr_store
-from pipeline.store.folder import whole
-from pipeline.store.place import store_paths
-from pipeline.store.storage import Location
 from pipeline.store.variables import (
     BUILDING,
     COORDINATES,
-    GRID_MAPPING,
     RETURN_PERIOD,
     SURFACE_COORDINATES,
-    grid_mapping,
 )
-from pipeline.store.zarr_store import open_store
 
-_log = logging.getLogger(__name__)
-
-FILE = "hazard.nc"
 SHORTEST = "shortest_return_period"
-WHOLE = "all scenarios"
-# of what maps say, where they lie
-LAID = ("georeference", "crs")
 # each holds a chunk of runs
 THREADS = 2
-PASCALS = 1000.0
-BOUND_NAMES = {
-    "": "",
-    "_lower": ", if no failed or pending run does, and overrun and cut-off ones do as they were computed",
-    "_upper": ", if all failed, pending, overrun and cut-off runs do",
-}
-QUANTILE_NAMES = {
-    "": " over the computed runs",
-    "_lower": " over all runs, if what is not known is 0",
-    "_upper": " over all runs, if what is not known is above all; missing where it is above all then",
-}
-
-
-@dataclass(frozen=True)
-class Quantity:
-    """Something that is mapped: the maximum it comes from, and what it is called."""
-
-    name: str
-    field: str
-    units: str
-    long_name: str
-
-
-QUANTITIES = (
-    Quantity("depth", "max_depth", "m", "largest depth"),
-    Quantity("speed", "max_speed", "m s-1", "largest speed"),
-    Quantity("momentum_flux", "max_momentum_flux", "m3 s-2", "largest momentum flux"),
-    Quantity("pressure", "max_speed", "kPa", "largest dynamic pressure"),
-    Quantity("erosion_depth", "erosion_depth", "m", "depth of erosion"),
-)
-# of these quantiles are mapped where no threshold is asked for
-ALWAYS = ("depth", "speed", "erosion_depth")
 
 
 def map_hazard(runs: xr.Dataset, settings: Hazard) -> xr.Dataset:
@@ -273,146 +216,3 @@ def _attributes(count: Counts, settings: Hazard, frequency: float | None) -> dic
         "intensity_share": settings.share,
         "outlines": list(settings.outlines),
     }
-
-
-def of_place(
-    out: Location, thresholds: Mapping[str, tuple[float, ...]], spacing: float | None = None
-) -> Iterator[tuple[str, xr.Dataset]]:
-    """Map the hazard of each scenario of a place, then of all together under the name `WHOLE`.
-
-    Parameters
-    ----------
-    out : Location
-        The place.
-    thresholds : mapping
-        Thresholds by name of quantity, in place of those of the scenarios.
-    spacing : float, optional
-        Of the lattice clouds are brought to, m.
-
-    Raises
-    ------
-    FileNotFoundError
-        If the place holds no store.
-    NotTogetherError
-        After the single scenarios, if they cannot be laid over each other.
-    ValueError
-        If a store's scenario is not known here.
-    """
-    held: dict[str, xr.Dataset] = {}
-    asked: dict[str, Hazard] = {}
-    said: dict[str, dict[str, str]] = {}
-    releases: dict[str, list[Any]] = {}
-    warnings: list[object] = []
-    left_out = 0
-    for path in store_paths(out):
-        store = open_store(path)
-        name = str(store.attrs["title"])
-        settings = stored(store.attrs)
-        asked[name] = settings.hazard.model_copy(update=dict(thresholds))
-        said[name] = about(store, settings)
-        held[name] = ensemble(store, spacing)
-        warned = store["warning"].to_numpy().tolist()
-        warnings += warned
-        releases[name] = release_outlines(store, spacing)
-        _log.info("maps of %s", name)
-        found = map_hazard(held[name], asked[name])
-        left_out += (chosen := zarr_store.chosen(path))
-        found.attrs["comment"] += _note(warned) + _level(settings) + _left_out(chosen)
-        said[name]["releases"] = json.dumps(releases[name])
-        yield name, found.assign_attrs(title=name, **said[name])
-    if len(held) > 1:
-        runs = together(held)
-        first, *others = asked
-        for other in others:
-            if asked[other] != asked[first]:
-                raise NotTogetherError(f"{first} and {other} differ in what is asked for under hazard")
-            if any(said[other].get(key) != said[first].get(key) for key in LAID):
-                raise NotTogetherError(f"{first} and {other} differ in their georeference")
-        found = map_hazard(runs, asked[first])
-        found.attrs["comment"] += _note(warnings) + _left_out(left_out)
-        where = {key: said[first][key] for key in LAID if key in said[first]}
-        where["releases"] = json.dumps([ring for rings in releases.values() for ring in rings])
-        # receptors of one scenario need not be those of another
-        alike = len({each["receptors"] for each in said.values()}) == 1
-        marks = said[first]["receptors"] if alike else "[]"
-        yield WHOLE, found.assign_attrs(title=WHOLE, receptors=marks, scenarios=", ".join(held), **where)
-
-
-def read(path: Path) -> xr.Dataset:
-    """Read hazard maps as they were written: whole numbers stay whole, and -1 is unknown.
-
-    Raises
-    ------
-    OSError
-        If there are none.
-    """
-    with xr.open_dataset(path, engine="netcdf4", mask_and_scale=False) as opened:
-        found = opened.load()
-    for values in found.variables.values():
-        if "_FillValue" in values.attrs:
-            values.encoding["_FillValue"] = values.attrs.pop("_FillValue")
-    return found
-
-
-def _note(warnings: Sequence[object]) -> str:
-    """Say in how many runs the flow came where the ground is not known or not shown, by their warnings."""
-    return profile_ends.note(profile_ends.count(warnings)) + surface_summary.note(warnings)
-
-
-def _level(settings: Settings) -> str:
-    """Say on which spacing the runs of maps are, where a scenario has several."""
-    levels = () if settings.sample is None else settings.sample.levels
-    if not levels:
-        return ""
-    finer = ", ".join(f"{level.count} at {level.spacing:g} m" for level in levels[1:])
-    return f", at {levels[0].spacing:g} m; those of {finer} count in emulated maps"
-
-
-def _left_out(chosen: int) -> str:
-    """Say how many runs were chosen beside the sample, which are no part of it."""
-    return f"; {chosen} chosen runs left out" if chosen else ""
-
-
-def about(store: xr.Dataset, settings: Settings) -> dict[str, str]:
-    """Give what maps of a store say of the scenario and of where it lies."""
-    ground = settings.georeference
-    # what receptors and releases are given in says nothing of where the profile lies
-    where = {"receptors", "releases"}
-    return {
-        **{key: str(store.attrs[key]) for key in ("scenario_hash", "solver_hash", "lmls_version")},
-        "georeference": "" if ground is None else ground.model_dump_json(exclude=where),
-        "receptors": json.dumps([receptor.model_dump(mode="json") for receptor in settings.places]),
-        **({"crs": str(store.attrs["crs"])} if "crs" in store.attrs else {}),
-    }
-
-
-def write(found: xr.Dataset, folder: Path, file: str = FILE) -> Path:
-    """Write hazard maps as NetCDF (CF) to a folder, made where it is missing; what was there is replaced.
-
-    Raises
-    ------
-    OSError
-        If it cannot be written.
-    """
-    folder.mkdir(parents=True, exist_ok=True)
-    path = folder / file
-    found = _mapped(found)
-    encoding: dict[str, dict[str, object]] = {
-        **{str(name): {"zlib": True, "complevel": 4} for name in found.data_vars},
-        **{str(name): {"_FillValue": None} for name in found.coords},
-    }
-    with whole(path) as aside:
-        found.to_netcdf(aside, engine="netcdf4", encoding=encoding)
-    return path
-
-
-def _mapped(found: xr.Dataset) -> xr.Dataset:
-    """Add the grid mapping of maps on an elevation model."""
-    if "crs" not in found.attrs:
-        return found
-    mapping = grid_mapping(cf_attributes(str(found.attrs["crs"])))
-    written = found.assign_coords({GRID_MAPPING: ((), np.int64(0), mapping.cf_attributes)})
-    for name, values in written.data_vars.items():
-        if {"x", "y"} <= {*values.dims}:
-            written[name] = values.assign_attrs(grid_mapping=GRID_MAPPING)
-    return written

@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import re
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
@@ -20,15 +20,19 @@ from pipeline.emulation.emulate import Emulated
 from pipeline.emulation.errors import NotEmulatedError
 from pipeline.gis.layer import Layer
 from pipeline.hazard.layers import layers
+from pipeline.hazard.location import draw_location
 from pipeline.hazard.map_files import ground
-from pipeline.hazard.mapping import WHOLE
-from pipeline.hazard.pictures import draw, draw_location
+from pipeline.hazard.pictures import draw
+from pipeline.hazard.place_maps import WHOLE
 from pipeline.report.explorer import explorer
 from pipeline.report.figures import animation, hydrographs, runout_curve
-from pipeline.report.findings import findings, sheets
-from pipeline.report.inputs import inputs, method
+from pipeline.report.findings import findings
 from pipeline.report.section import section
-from pipeline.report.tables import TABLES, Table, emulated_tables, origin, what_matters
+from pipeline.report.tables.emulated import emulated_tables
+from pipeline.report.tables.inputs import inputs, method
+from pipeline.report.tables.receptors import receptor_periods, receptors, sheets
+from pipeline.report.tables.runs import failures, origin, quantiles, sections, volume_ledger, what_matters
+from pipeline.report.tables.table import Table
 from pipeline.scenario.scenario import stored
 from pipeline.store.place import indices_path
 from pipeline.store.storage import Location
@@ -39,6 +43,10 @@ SHOWN = (
     *("earliest_arrival_time", "arrival_time"),
 )
 PALETTE = 256
+# in the order they are shown; one that has nothing to tell gives None
+TABLES: tuple[Callable[[xr.Dataset], Table | None], ...] = (
+    *(receptors, receptor_periods, quantiles, sections, volume_ledger, failures),
+)
 FOLDED = ("share", "value", "class")
 
 

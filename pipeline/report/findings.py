@@ -1,4 +1,4 @@
-"""What a scenario comes down to, in sentences with numbers, and a sheet for each receptor."""
+"""What a scenario comes down to, in sentences with numbers."""
 
 from __future__ import annotations
 
@@ -11,22 +11,14 @@ import pandas as pd
 import xarray as xr
 
 from pipeline.assess import tables
-from pipeline.assess.ensemble import counts, weights
-from pipeline.assess.probability import Values
+from pipeline.assess.ensemble import counts
 from pipeline.assess.receptors import reached
 from pipeline.gis.symbology import CLASSES
-from pipeline.report.tables import Table, share_in_words, short
+from pipeline.report.tables.table import share_in_words, short
 from pipeline.store.storage import Location
 
-MOST_RECEPTORS = 40
 SHARES = (0.05, 0.5, 0.95)
 SQUARE_METRES = 10_000.0
-ASKED = {
-    "max_depth": "largest depth (m)",
-    "max_speed": "largest speed (m/s)",
-    "max_pressure": "largest dynamic pressure (kPa)",
-    "arrival_time": "arrival (s)",
-}
 
 
 def findings(store: xr.Dataset, found: xr.Dataset, indices: Location) -> list[str]:
@@ -154,30 +146,3 @@ def _doubts(store: xr.Dataset) -> Iterator[str]:
     if found.failed or found.pending:
         missing = f"{found.failed} runs failed and {found.pending} are not done"
         yield f"{missing}: bounds hold whatever they would give."
-
-
-def sheets(store: xr.Dataset) -> list[Table]:
-    """Give a sheet for each receptor: what reaches it, in quantiles of the runs that do."""
-    try:
-        by_run = reached(store)
-    except ValueError:
-        return []
-    weight = weights(store)
-    made = []
-    for name, rows in by_run.groupby("receptor", sort=False):
-        there = np.flatnonzero(rows["reached"].to_numpy(np.float64, na_value=np.nan) == 1)
-        if not there.size:
-            continue
-        known = np.zeros(there.size, bool)
-        table = []
-        for quantity, words in ASKED.items():
-            held = Values(rows[quantity].to_numpy(np.float64)[there], weight[there], known, known)
-            numbers = held.quantile([*SHARES, 1.0]).estimate
-            least = float(np.nanmin(held.value))
-            table.append([words, short(least), *(short(float(each)) for each in numbers)])
-        note = f"Of the {there.size} runs that reach it, by their weights."
-        head = ["quantity", "least", *(f"{100 * share:g} % below" for share in SHARES), "largest"]
-        made.append(Table(str(name), head, table, note))
-        if len(made) == MOST_RECEPTORS:
-            break
-    return made

@@ -11,7 +11,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from pipeline.assess.ensemble import NotTogetherError
 from pipeline.emulation import emulate as emulation
-from pipeline.hazard.mapping import WHOLE, of_place
+from pipeline.hazard.place_maps import WHOLE, of_place
 from pipeline.report.chapter import Chapter, of_all, of_scenario
 from pipeline.scenario.scenario import stored
 from pipeline.settings.report import Report

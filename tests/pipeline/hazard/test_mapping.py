@@ -17,7 +17,8 @@ from pipeline.assess.probability import BOUNDS, quantiles
 from pipeline.cli.app import app
 from pipeline.hazard.intensity import UNKNOWN
 from pipeline.hazard.layers import layers
-from pipeline.hazard.mapping import FILE, map_hazard, write
+from pipeline.hazard.mapping import map_hazard
+from pipeline.hazard.netcdf import FILE, write
 from pipeline.settings.hazard import Hazard, Intensity
 from pipeline.store.variables import Status
 

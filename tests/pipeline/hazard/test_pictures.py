@@ -19,7 +19,8 @@ from pipeline.hazard import geo_files
 from pipeline.hazard.layers import layers
 from pipeline.hazard.map_files import write_maps
 from pipeline.hazard.map_panel import round_below
-from pipeline.hazard.mapping import map_hazard, read, write
+from pipeline.hazard.mapping import map_hazard
+from pipeline.hazard.netcdf import read, write
 from pipeline.hazard.pictures import draw
 from pipeline.settings.hazard import Georeference, Hazard
 

@@ -15,11 +15,12 @@ from PIL import Image
 
 import pipeline
 from pipeline.assess.receptors import reached
-from pipeline.hazard.mapping import of_place
-from pipeline.report.findings import findings, sheets
-from pipeline.report.inputs import inputs, method
+from pipeline.hazard.place_maps import of_place
+from pipeline.report.findings import findings
 from pipeline.report.section import _along_profile, _along_surface, section
-from pipeline.report.tables import short
+from pipeline.report.tables.inputs import inputs, method
+from pipeline.report.tables.receptors import sheets
+from pipeline.report.tables.table import short
 from pipeline.scenario.scenario import stored
 from pipeline.store.variables import Status
 from pipeline.store.zarr_store import open_store

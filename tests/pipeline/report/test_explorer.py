@@ -14,7 +14,7 @@ import pipeline
 from pipeline.assess.ensemble import ensemble
 from pipeline.assess.probability import exceedance
 from pipeline.hazard.map_files import ground
-from pipeline.hazard.mapping import of_place
+from pipeline.hazard.place_maps import of_place
 from pipeline.report import explorer
 from pipeline.report.packing import unpacked
 from pipeline.scenario.scenario import stored

@@ -19,7 +19,8 @@ from pipeline.hazard.map_files import ground
 from pipeline.readable import number
 from pipeline.report.figures import animation
 from pipeline.report.page import write_report
-from pipeline.report.tables import MOST_ROWS, failures, volume_ledger
+from pipeline.report.tables.runs import failures, volume_ledger
+from pipeline.report.tables.table import MOST_ROWS
 from pipeline.settings.hazard import Georeference
 from pipeline.store.zarr_store import open_store
 

@@ -5,7 +5,7 @@ import pytest
 
 import pipeline
 from pipeline.report.figures import hydrographs
-from pipeline.report.tables import sections as table_of_sections
+from pipeline.report.tables.runs import sections as table_of_sections
 from pipeline.runs.runs import expand, share
 from pipeline.runs.scene_of_run import build_scene
 from pipeline.scenario.scenario import load

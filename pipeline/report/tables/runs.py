@@ -1,9 +1,8 @@
-"""Tables of the report, from stores."""
+"""Tables of the report on runs: quantiles, sensitivity, sections, volumes, failures, and what made them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Hashable, Mapping
 from io import BytesIO
 from typing import Any
 
@@ -12,41 +11,20 @@ import pandas as pd
 import xarray as xr
 
 from pipeline.assess import tables
-from pipeline.assess.ensemble import computed, counts
-from pipeline.assess.probability import BOUNDS
-from pipeline.assess.receptors import reached
+from pipeline.assess.ensemble import computed
 from pipeline.assess.sections import passed
-from pipeline.assess.tables import receptors as table_receptors
-from pipeline.emulation.emulate import Emulated
-from pipeline.emulation.errors import NotEmulatedError
 from pipeline.gis.symbology import written
 from pipeline.readable import number
+from pipeline.report.tables.table import FAINT, MOST_ROWS, Table, bounded
 from pipeline.store.provenance import BINDING, PACKAGES, differences
 from pipeline.store.storage import Location
 from pipeline.store.variables import PER_RUN, VOLUMES, Status
 
-MOST_ROWS = 40
-RECEPTOR_HEAD = (
-    *("receptor", "probability", "of runs", "median depth (m)", "largest depth (m)"),
-    *("largest speed (m/s)", "largest pressure (kPa)", "first arrival (s)"),
-)
 AT_SECTIONS = (
     "Net volume in the direction of the flow by the end of the run; the peak is the largest mean discharge "
     "between two samples, and arrival is when the flow was first deeper than the threshold below the section."
 )
-# begins a cell that is shown in grey
-FAINT = "\u2009"
 COLUMNS = {variable.name: variable for variable in PER_RUN}
-
-
-@dataclass(frozen=True)
-class Table:
-    """A table with a title; a note stands below it."""
-
-    title: str
-    head: Sequence[str]
-    rows: Sequence[Sequence[str]]
-    note: str = ""
 
 
 def sections(store: xr.Dataset) -> Table | None:
@@ -113,94 +91,6 @@ LEDGER = (
 )
 
 
-def receptors(store: xr.Dataset) -> Table | None:
-    """Table what reaches the receptors."""
-    try:
-        rows = list(table_receptors(store, reached(store)))
-    except ValueError as error:
-        return Table("Receptors", ["none"], [], f"{error}.")
-    if not rows:
-        return None
-    shown = ("median_max_depth", "largest_depth", "largest_speed", "largest_pressure", "first_arrival_time")
-    return Table(
-        "Receptors",
-        RECEPTOR_HEAD,
-        [
-            [
-                str(row["receptor"]),
-                share_in_words(row, "probability"),
-                f"{counts(store).computed} of {row['runs_planned']}",
-                *(short(row[name]) for name in shown),
-            ]
-            for row in rows
-        ],
-        "Probability of being reached, with its bounds; the rest is of the runs that reach it.",
-    )
-
-
-def emulated_tables(found: Emulated | NotEmulatedError | None) -> list[Table]:
-    """Table emulated probabilities at receptors, and what leave-one-out says of the emulator."""
-    if found is None:
-        return []
-    if isinstance(found, NotEmulatedError):
-        return [Table("Emulated", ["none"], [], f"This scenario cannot be emulated: {found}.")]
-    made = []
-    if "emulated-receptors" in found.tables:
-        rows = [
-            [
-                f"{row['receptor']}: {row['quantity']} above {row['threshold']:g} {row['units']}",
-                _bounded(row, "probability", "probability_lower", "probability_upper"),
-                *(number(row[f"emulated{ending}"]) for ending in ("", *ENDINGS)),
-                str(row["reason"]) or "supported",
-            ]
-            for row in found.tables["emulated-receptors"].to_dict("records")
-        ]
-        head = ["receptor", "of the runs", "emulated", "sampling", "discretisation", "error", "leave-one-out"]
-        made.append(Table("Emulated receptors", head, rows, f"{found.comment}. {EMULATED}"))
-    checks = found.tables["leave-one-out"].to_dict("records")
-    shown = ("brier_ratio", "calibration", "q2", "coverage", "worst")
-    rows = [[str(row["what"]), str(row["verdict"]), *(number(row[name]) for name in shown)] for row in checks]
-    head = ["what", "verdict", "Brier ratio", "calibration", "Q2", "coverage", "worst error"]
-    return [*made, Table("Leave-one-out", head, rows, LEFT_OUT)]
-
-
-ENDINGS = ("_sampling", "_discretisation", "_error")
-EMULATED = (
-    "Errors are half widths: of the 95 % interval of what few runs leave open, of an allowance for the "
-    "spacing, and of both. With one spacing nothing is known of the second."
-)
-LEFT_OUT = (
-    "Each run as predicted from the others. The Brier ratio is the score of predicted probabilities over "
-    "that of the plain share: 0 is perfect, above 0.25 they are refused. Q2 is the predicted share of the "
-    "variance, coverage the share of runs within 95 % intervals, the worst error in standard deviations."
-)
-
-
-def receptor_periods(store: xr.Dataset) -> Table | None:
-    """Table how likely receptors are reached by the events of each return period."""
-    try:
-        by_run = reached(store)
-    except ValueError:
-        return None
-    rows: dict[str, list[str]] = {}
-    head = ["receptor"]
-    for row in tables.receptors_by_period(store, by_run):
-        first, last = row["shortest_return_period"], row["return_period"]
-        period = f"{last:g} years" if first == last else f"{first:g} to {last:g} years"
-        head = head if period in head else [*head, period]
-        cell = share_in_words(row, "probability")
-        rows.setdefault(str(row["receptor"]), []).append(cell)
-    if not rows:
-        return None
-    rates = {
-        str(row["receptor"]): _between(*(number(row[f"annual_rate{end}"]) for end in BOUNDS))
-        for row in table_receptors(store, by_run)
-    }
-    note = "Probability of being reached by an event of each return period, and events a year that reach it."
-    whole = [[name, *cells, rates[name]] for name, cells in rows.items()]
-    return Table("Receptors by return period", [*head, "events a year"], whole, note)
-
-
 def what_matters(path: Location, name: str) -> Table | None:
     """Table the indices of sensitivity that were written for a scenario; None where there are none."""
     if not path.exists():
@@ -225,21 +115,8 @@ def what_matters(path: Location, name: str) -> Table | None:
 
 
 def _index(row: Mapping[Hashable, Any]) -> str:
-    text = _bounded(row, "index", "lower", "upper")
+    text = bounded(row, "index", "lower", "upper")
     return f"{FAINT}{text}" if row["index"] <= row["noise"] else text
-
-
-def share_in_words(row: Mapping[Any, Any], name: str) -> str:
-    """Write a share with its bounds: ``0.54``, ``0.54 (0.50 to 0.61)``."""
-    return _bounded(row, name, f"{name}_lower", f"{name}_upper")
-
-
-def _bounded(row: Mapping[Any, Any], estimate: str, lower: str, upper: str) -> str:
-    return _between(*(f"{row[name]:.2f}" for name in (estimate, lower, upper)))
-
-
-def _between(value: str, lower: str, upper: str) -> str:
-    return value if lower == upper else f"{value} ({lower} to {upper})"
 
 
 def quantiles(store: xr.Dataset) -> Table | None:
@@ -286,22 +163,3 @@ def origin(store: xr.Dataset) -> Table:
     ]
     note = f"Another one is installed here: {', '.join(changed)}." if changed else ""
     return Table("Versions and hashes", ["what", "SHA-256 or version"], rows, note)
-
-
-# in the order they are shown; one that has nothing to tell gives None
-TABLES: tuple[Callable[[xr.Dataset], Table | None], ...] = (
-    receptors,
-    receptor_periods,
-    quantiles,
-    sections,
-    volume_ledger,
-    failures,
-)
-
-
-def short(value: Any) -> str:
-    """Write a result for people, by the digits that a model can mean; a missing one as a dash."""
-    if not np.isfinite(value):
-        return "–"
-    rounded = float(f"{value:.3g}" if abs(value) >= 1 else f"{value:.2g}")
-    return f"{rounded:,.0f}" if abs(rounded) >= 100 else f"{rounded:g}"

@@ -10,7 +10,7 @@ from pydantic import BaseModel
 
 from pipeline.gis.symbology import with_unit
 from pipeline.readable import number
-from pipeline.report.tables import Table
+from pipeline.report.tables.table import Table
 from pipeline.scenario.scenario import Settings, stored
 from pipeline.settings.section import declared
 from solver.scheme import Collocation
