@@ -22,6 +22,7 @@ def write_report(
     client: str | None = None,
     date: str | None = None,
     emulate: bool = False,
+    compare: tuple[str, str] | None = None,
 ) -> Location:
     """Write one page about a place, whole in itself: findings, maps, runs to look at and to ask, inputs.
 
@@ -37,6 +38,8 @@ def write_report(
         Head of the page, in place of what the scenarios say under ``report``; a date is as 2026-03-31.
     emulate : bool
         Whether to add emulated maps and tables, see `emulate`.
+    compare : tuple of str, optional
+        Names of two scenarios of the place: a chapter says how the second differs from the first.
 
     Returns
     -------
@@ -48,7 +51,7 @@ def write_report(
     FileNotFoundError
         If the place holds no store.
     ValueError
-        If no scenario has such a run.
+        If no scenario has such a run, or the two scenarios cannot be compared.
     OptionError
         If the date is none.
     OSError
@@ -61,4 +64,4 @@ def write_report(
         raise OptionError("date", f"expected a day as 2026-03-31, found '{date}'")
     place = place_of(out)
     head = Report(title=title, author=author, client=client, date=date)
-    return write(place, place / "report.html" if to is None else writable(to), run, head, emulate)
+    return write(place, place / "report.html" if to is None else writable(to), run, head, emulate, compare)

@@ -7,7 +7,7 @@ unknown.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -102,15 +102,21 @@ class Values:
         return Bounded(lower, estimate, upper)
 
 
-def in_words(lower: float, estimate: float, upper: float) -> str:
+def in_words(
+    lower: float, estimate: float, upper: float, write: Callable[[float], str] = "{:.4g}".format
+) -> str:
     """Write a quantile with its bounds: ``120``, ``120 (118 to 123)``, ``above 136``, ``none``."""
     if lower == upper:
-        return "none" if lower == -np.inf else f"{lower:.4g}"
+        return "none" if lower == -np.inf else write(lower)
     if np.isinf(lower) and np.isinf(upper):
         return "unknown"
     if np.isinf(upper):
-        return f"above {lower:.4g}"
-    return f"below {upper:.4g}" if np.isinf(lower) else f"{estimate:.4g} ({lower:.4g} to {upper:.4g})"
+        return f"above {write(lower)}"
+    return (
+        f"below {write(upper)}"
+        if np.isinf(lower)
+        else f"{write(estimate)} ({write(lower)} to {write(upper)})"
+    )
 
 
 def share(exceeds: xr.DataArray, runs: xr.Dataset, known: xr.DataArray | None = None) -> Bounds:

@@ -255,11 +255,15 @@ def report(
         str | None, typer.Option(help="Day, as 2026-03-31.", show_default="that of the scenario")
     ] = None,
     emulate: Emulate = False,
+    compare: Annotated[
+        tuple[str, str] | None,
+        typer.Option(metavar="FIRST SECOND", help="Two scenarios: how the second differs from the first."),
+    ] = None,
 ) -> None:
     """Write one page about a place: findings, maps, runs to look at and to ask; it needs no network."""
     from pipeline.cli.display import working
 
     with exit_on_errors(reading=True), working("report"):
         head = {"title": title, "author": author, "client": client, "date": date}
-        page = pipeline.write_report(out, to, run=run, emulate=emulate, **head)
+        page = pipeline.write_report(out, to, run=run, emulate=emulate, compare=compare, **head)
     typer.echo(str(page))

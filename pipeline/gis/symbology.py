@@ -19,7 +19,15 @@ UNKNOWN_WORDS = "not computed"
 # with fewer classes below the largest value a scale says nothing, as on a model in a laboratory
 LEAST_CLASSES = 3
 WRITTEN = {
-    **{"m s-1": "m/s", "m s-2": "m/s²", "m3 s-2": "m³/s²", "kg m-3": "kg/m³", "m2": "m²", "m3": "m³"},
+    **{
+        "m s-1": "m/s",
+        "m3 s-1": "m³/s",
+        "m s-2": "m/s²",
+        "m3 s-2": "m³/s²",
+        "kg m-3": "kg/m³",
+        "m2": "m²",
+        "m3": "m³",
+    },
     **{"degree": "°", "degrees": "°", "1": ""},
 }
 STEPS = (1.0, 2.0, 5.0)
@@ -144,7 +152,9 @@ def of_values(name: str, units: str, largest: float, smallest: float = 0.0) -> S
         Of all values of the map and of those it is compared with.
     """
     scale = SCALES.get(name)
-    if scale is None:
+    if name == "time":
+        scale = _arrivals(largest)
+    elif scale is None:
         scale = _even(name, largest, smallest)
     elif not scale.closed and largest > 0 and sum(edge < largest for edge in scale.edges) < LEAST_CLASSES:
         scale = Scale(scale.caption, _ladder(largest, len(scale.edges)), scale.colours)
@@ -193,9 +203,15 @@ def _even(name: str, largest: float, smallest: float) -> Scale:
         steps = MaxNLocator(MOST_STEPS, symmetric=True).tick_values(-reach, reach)
         return Scale(caption, tuple(float(step) for step in steps), DIFFERENCES, closed=True)
     steps = MaxNLocator(MOST_STEPS, min_n_ticks=5).tick_values(0, largest if largest > 0 else 1.0)
-    return Scale(
-        caption, tuple(float(step) for step in steps), TIMES if name == "time" else OTHERS, closed=True
-    )
+    return Scale(caption, tuple(float(step) for step in steps), OTHERS, closed=True)
+
+
+def _arrivals(largest: float) -> Scale:
+    """Make steps of time that double: most of a place is reached early, and its edges much later."""
+    largest = largest if largest > 0 else 1.0
+    steps = _ladder(10 * largest, MOST_STEPS + 3)
+    last = next(i for i, step in enumerate(steps) if step >= largest * (1 - 1e-6))
+    return Scale("time", (0.0, *steps[max(0, last - MOST_STEPS + 1) : last + 1]), TIMES, closed=True)
 
 
 def _ladder(largest: float, count: int) -> tuple[float, ...]:

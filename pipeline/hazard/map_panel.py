@@ -11,6 +11,7 @@ from matplotlib.backend_bases import RendererBase
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.patheffects import withStroke
 from matplotlib.text import Annotation
 from matplotlib.ticker import MaxNLocator
@@ -23,6 +24,8 @@ from pipeline.gis.vectors import RELEASE_COLOUR
 
 Array = NDArray[np.float64]
 WIDTH = 8.0
+# part of the height of a panel
+TITLES = 0.06
 BUILDING_COLOUR = "0.25"
 HALO = (withStroke(linewidth=2.2, foreground="white"),)
 # where the name of a receptor may stand, in points from it, with the side of the text that is there
@@ -76,7 +79,13 @@ def panels_of(shape: float, count: int, wide: bool) -> tuple[Figure, list[Axes]]
     if count == 2:
         figure.set_size_inches(WIDTH + 1.2, 0.5 * height + 1.2)
         return figure, list(figure.subplots(1, 2, squeeze=False).flat)
-    grid = figure.add_gridspec(2, 2, height_ratios=(2, 1)) if count > 1 else figure.add_gridspec(1, 1)
+    if count == 1:
+        return figure, [figure.add_subplot()]
+    layout = figure.get_layout_engine()
+    assert isinstance(layout, ConstrainedLayoutEngine)
+    # room for the titles of the panels below
+    layout.set(hspace=TITLES)
+    grid = figure.add_gridspec(2, 2, height_ratios=(2, 1))
     below = [figure.add_subplot(grid[1, i]) for i in range(count - 1)]
     return figure, [figure.add_subplot(grid[0, :]), *below]
 

@@ -84,7 +84,11 @@ def draw(layer: Layer, found: xr.Dataset, frame: Frame | None, path: Path) -> Pa
     _explain(panels[0], layer)
     for panel in panels if wide else panels[:2]:
         panel.set_ylabel("northing (m)" if frame else "across the bed (m)")
-    for panel in panels[-1:] if wide else panels:
+    # below each other one row of eastings is enough, and nothing stands between the panels but titles
+    below = panels[-1:] if wide else panels[1:] if len(panels) > 2 else panels
+    for panel in panels:
+        panel.tick_params(labelbottom=panel in below)
+    for panel in below:
         panel.set_xlabel("easting (m)" if frame else "along the bed (m)")
     characters = int(CHARACTERS_PER_INCH * (figure.get_figwidth() - 0.5))
     lines = [f"{found.attrs['title']}: {layer.title}", found.attrs["comment"], *_sources(layer, found)]

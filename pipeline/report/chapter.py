@@ -32,6 +32,7 @@ from pipeline.report.tables.emulated import emulated_tables
 from pipeline.report.tables.inputs import inputs, method
 from pipeline.report.tables.receptors import receptor_periods, receptors, sheets
 from pipeline.report.tables.runs import failures, origin, quantiles, sections, volume_ledger, what_matters
+from pipeline.report.tables.spacing import one_spacing, spacing_table
 from pipeline.report.tables.table import Table
 from pipeline.scenario.scenario import stored
 from pipeline.store.place import indices_path
@@ -43,6 +44,8 @@ SHOWN = (
     *("earliest_arrival_time", "arrival_time"),
 )
 PALETTE = 256
+# breadth over height of pictures of which three go on a sheet
+FLAT = 1.6
 # in the order they are shown; one that has nothing to tell gives None
 TABLES: tuple[Callable[[xr.Dataset], Table | None], ...] = (
     *(receptors, receptor_periods, quantiles, sections, volume_ledger, failures),
@@ -52,11 +55,12 @@ FOLDED = ("share", "value", "class")
 
 @dataclass(frozen=True)
 class Picture:
-    """A picture in the page itself."""
+    """A picture in the page itself; of one that is flat three go on a sheet of paper."""
 
     words: str
     uri: str
     caption: str = ""
+    is_flat: bool = False
 
 
 @dataclass(frozen=True)
@@ -80,6 +84,7 @@ class Chapter:
     motion: Picture | None = None
     tables: Sequence[Table] = ()
     sheets: Sequence[Table] = ()
+    convergence: Table | str = ""
     inputs: Table | None = None
     method: Sequence[str] = ()
     origin: Table | None = None
@@ -119,10 +124,11 @@ def of_scenario(
     first, others = _maps(found, placed)
     tables = [make(store) for make in TABLES]
     tables[1:1] = [what_matters(indices_path(out), name), *emulated_tables(emulated)]
+    convergence = spacing_table(out, store)
     if isinstance(emulated, Emulated) and emulated.maps is not None:
         first += _emulated(emulated.maps)
     return Chapter(
-        anchor=_anchor(name),
+        anchor=anchor_of(name),
         name=name,
         description=str(store.attrs["comment"]),
         runs=str(found.attrs["comment"]),
@@ -138,6 +144,7 @@ def of_scenario(
         motion=None if motion is None else Picture(f"run {shown} in motion", _uri(motion, "webp")),
         tables=[table for table in tables if table is not None],
         sheets=sheets(store),
+        convergence=convergence or one_spacing(store),
         inputs=inputs(store),
         method=method(store),
         origin=origin(store),
@@ -157,7 +164,7 @@ def of_all(found: xr.Dataset) -> Chapter:
     placed = ground(found)
     first, others = _maps(found, placed)
     return Chapter(
-        anchor=_anchor(WHOLE),
+        anchor=anchor_of(WHOLE),
         name=WHOLE,
         description=f"All runs of {found.attrs['scenarios']}",
         runs=str(found.attrs["comment"]),
@@ -175,7 +182,7 @@ def _maps(found: xr.Dataset, frame: Frame | None) -> tuple[list[Picture], list[P
     wanted += [name for name in SHOWN[2:] if name in held]
     others = [name for name in held if name not in wanted and held[name].kind in FOLDED]
     with tempfile.TemporaryDirectory() as folder:
-        pictures = [_picture(held[name], found, frame, Path(folder)) for name in (*wanted, *others)]
+        pictures = [picture(held[name], found, frame, Path(folder)) for name in (*wanted, *others)]
     return pictures[: len(wanted)], pictures[len(wanted) :]
 
 
@@ -183,12 +190,19 @@ def _emulated(found: xr.Dataset) -> list[Picture]:
     """Draw emulated maps."""
     placed = ground(found)
     with tempfile.TemporaryDirectory() as folder:
-        return [_picture(layer, found, placed, Path(folder)) for layer in layers(found)]
+        return [picture(layer, found, placed, Path(folder)) for layer in layers(found)]
 
 
-def _picture(layer: Layer, found: xr.Dataset, frame: Frame | None, folder: Path) -> Picture:
+def picture(layer: Layer, found: xr.Dataset, frame: Frame | None, folder: Path) -> Picture:
+    """Draw a map for the page; the folder is for what is made on the way."""
     path = draw(layer, found, frame, folder / f"{layer.name}.png")
-    return Picture(f"{layer.title}: {found.attrs['comment']}", _uri(_small(path), "png"))
+    return _shown(path, f"{layer.title}: {found.attrs['comment']}")
+
+
+def _shown(path: Path, words: str) -> Picture:
+    with Image.open(path) as image:
+        is_flat = image.width > FLAT * image.height
+    return Picture(words, _uri(_small(path), "png"), is_flat=is_flat)
 
 
 def _small(path: Path) -> bytes:
@@ -204,7 +218,7 @@ def _small(path: Path) -> bytes:
 def _location(found: xr.Dataset, frame: Frame | None) -> Picture:
     with tempfile.TemporaryDirectory() as folder:
         path = draw_location(found, frame, Path(folder) / "location.png")
-        return Picture("location of releases and receptors", _uri(_small(path), "png"))
+        return _shown(path, "location of releases and receptors")
 
 
 def _script(data: str | None) -> str | None:
@@ -228,5 +242,6 @@ def _uri(content: bytes, kind: str) -> str:
     return f"data:image/{kind};base64,{base64.b64encode(content).decode()}"
 
 
-def _anchor(name: str) -> str:
+def anchor_of(name: str) -> str:
+    """Give what links to a chapter name it by."""
     return "scenario-" + re.sub(r"[^A-Za-z0-9._-]", "-", name)

@@ -47,6 +47,11 @@ class Explorer {
       this.grey = await unpack(data.ground.grey, nx);
     }
     this.place();
+    this.contours = (data.ground?.contours ?? []).map(({ level, line }) => {
+      const places = [];
+      for (let i = 0; i < line.length; i += 2) places.push(this.onMap(line[i], line[i + 1]));
+      return { level, places };
+    });
     this.listen();
     const middle = data.runs.filter((run) => run.computed && run.reach !== null);
     this.chosen = data.runs.indexOf(middle[Math.floor((middle.length - 1) / 2)] ?? data.runs.find((r) => r.computed));
@@ -54,6 +59,7 @@ class Explorer {
     this.drawCurve();
     await this.choose(this.chosen);
     this.root.dataset.ready = "true";
+    performance.mark("map ready");
   }
 
   /* ---- where things lie: cells, metres on the map, pixels of the screen ---- */
@@ -160,21 +166,29 @@ class Explorer {
     return found;
   }
 
-  /* Share of runs above the threshold over all cells, of those that were computed. */
+  /* Share of runs above the threshold over all cells: of those that were computed, or a bound of it. */
   shares() {
+    const bound = this.find("bound").value;
     const name = { depth: "max_depth", speed: "max_speed", arrival: "arrival_time" }[this.quantity.all];
     const limit = name === "arrival_time" ? 0 : Math.round(this.threshold() / this.data.steps[name]);
-    const weight = this.weights(), found = new Float64Array(this.cells), field = this.field[name];
-    let held = 0;
+    const weight = this.weights(), field = this.field[name];
+    const above = new Float64Array(this.cells), open = new Float64Array(this.cells);
+    let held = 0, missing = 0;
     for (const run of this.data.runs) {
       const w = weight[run.run];
+      if (!run.computed) missing += w;
       if (!run.computed || !w) continue;
       held += w;
       for (let i = 0, at = run.run * this.cells; i < this.cells; i++, at++) {
-        if (field[at] > limit && field[at] !== MISSING) found[i] += w;
+        const unknown = field[at] === MISSING && name !== "arrival_time";
+        if (field[at] > limit && !unknown) above[i] += w;
+        else if (unknown || run.censored) open[i] += w;
       }
     }
-    return found.map((w) => (held ? w / held : NaN));
+    if (bound === "lower") return above;
+    if (bound === "upper") return above.map((w, i) => Math.min(1, w + open[i] + missing));
+    if (bound === "open") return open.map((w) => w + missing);
+    return above.map((w) => (held ? w / held : NaN));
   }
 
   /* The same at one cell, with the bounds of runs that are missing, overrun or cut off. */
@@ -258,7 +272,7 @@ class Explorer {
     this.picture = document.createElement("canvas");
     [this.picture.width, this.picture.height] = [g.nx, g.ny];
     this.picture.getContext("2d").putImageData(image, 0, 0);
-    this.legend(style);
+    this.legend(style, this.mode === "all" ? this.find("bound").selectedOptions[0].dataset.words : "");
     this.draw();
   }
 
@@ -276,6 +290,7 @@ class Explorer {
     ctx.imageSmoothingEnabled = false;
     ctx.drawImage(this.picture, 0, 0);
     ctx.setTransform(1, 0, 0, 1, 0, 0);
+    this.drawContours(ctx, ratio);
     const line = (places, colour, width, closed, dash = []) => {
       ctx.setLineDash(dash.map((d) => d * ratio));
       ctx.beginPath();
@@ -320,6 +335,43 @@ class Explorer {
     this.scaleBar(ctx, ratio);
   }
 
+  /* Lines of equal elevation, every fifth one strong, with their elevation where there is room for it. */
+  drawContours(ctx, ratio) {
+    const named = [], apart = 90 * ratio, every = 5 * (this.data.ground?.interval ?? 1);
+    ctx.font = `${10 * ratio}px system-ui, sans-serif`;
+    for (const { level, places } of this.contours) {
+      const strong = Math.abs(level / every - Math.round(level / every)) < 1e-6;
+      const pixels = places.map((p) => this.toScreen(...p));
+      ctx.beginPath();
+      pixels.forEach((p, i) => ctx[i ? "lineTo" : "moveTo"](...p));
+      ctx.strokeStyle = strong ? "rgba(60,60,60,.75)" : "rgba(60,60,60,.45)";
+      ctx.lineWidth = (strong ? 1 : 0.6) * ratio;
+      ctx.stroke();
+      const inside = ([x, y]) => x > 20 * ratio && y > 20 * ratio && x < this.canvas.width - 40 * ratio
+        && y < this.canvas.height - 30 * ratio && !named.some(([a, b]) => Math.hypot(a - x, b - y) < apart);
+      for (let i = 1; i < pixels.length; i++) {
+        const [[x0, y0], [x1, y1]] = [pixels[i - 1], pixels[i]], length = Math.hypot(x1 - x0, y1 - y0);
+        // on a line across a profile beside the flow, which is in the middle
+        const part = places.length === 2 ? 0.85 : 0.5, middle = [x0 + part * (x1 - x0), y0 + part * (y1 - y0)];
+        if (length < 14 * ratio || !inside(middle)) continue;
+        named.push(middle);
+        const angle = Math.atan2(y1 - y0, x1 - x0), words = `${digits(level, 4)} m`;
+        ctx.save();
+        ctx.translate(...middle);
+        ctx.rotate(Math.abs(angle) > Math.PI / 2 ? angle + Math.PI : angle);
+        ctx.textAlign = "center";
+        ctx.textBaseline = "middle";
+        ctx.lineWidth = 2.5 * ratio;
+        ctx.strokeStyle = "rgba(255,255,255,.8)";
+        ctx.strokeText(words, 0, 0);
+        ctx.fillStyle = "#444444";
+        ctx.fillText(words, 0, 0);
+        ctx.restore();
+        break;
+      }
+    }
+  }
+
   scaleBar(ctx, ratio) {
     const most = (0.25 * this.canvas.width) / this.view.scale, power = 10 ** Math.floor(Math.log10(most));
     const length = [5, 2, 1].find((step) => step * power <= most) * power, wide = length * this.view.scale;
@@ -337,13 +389,13 @@ class Explorer {
     ctx.fillText("N", nx - 4 * ratio, ny + 32 * ratio);
   }
 
-  legend(style) {
+  legend(style, words) {
     const { caption, entries } = this.data.styles[style], box = this.find("legend");
-    if (box.dataset.style === style) return;
-    box.dataset.style = style;
+    if (box.dataset.style === style + words) return;
+    box.dataset.style = style + words;
     box.replaceChildren();
     const head = document.createElement("b");
-    head.textContent = caption;
+    head.textContent = caption + words;
     box.append(head);
     for (const [, , colour, label] of entries) {
       const item = document.createElement("span"), swatch = document.createElement("i");
@@ -523,6 +575,8 @@ class Explorer {
     on("run", "input", (event) => this.choose(Number(event.target.value)));
     on("threshold", "input", () => this.update());
     on("period", "input", () => this.update());
+    on("bound", "change", () => this.update());
+    this.find("bound-row").hidden = this.data.runs.every((run) => run.computed && !run.censored);
     on("play", "click", () => this.play(!this.playing));
     on("in", "click", () => this.zoom(1.5));
     on("out", "click", () => this.zoom(1 / 1.5));

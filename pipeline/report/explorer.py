@@ -13,11 +13,11 @@ from pipeline.assess.ensemble import censored, computed, periods, weights
 from pipeline.assess.frames import mean_spacing
 from pipeline.assess.georeference import Frame
 from pipeline.assess.gridding import gridded
-from pipeline.assess.relief import hillshade
 from pipeline.assess.tables import values
 from pipeline.gis import symbology
 from pipeline.gis.symbology import Style
 from pipeline.readable import number
+from pipeline.report.explorer_ground import ground
 from pipeline.report.packing import coarser, pack, rounded_up, step_of, times
 from pipeline.settings.hazard import Hazard
 from pipeline.store.variables import STATUS, Status
@@ -29,9 +29,6 @@ MOST_BLOCK = 8
 FIELDS = ("max_depth", "max_speed", "arrival_time")
 # the coarsest steps: m, m/s, s
 STEPS = {"max_depth": 0.01, "max_speed": 0.1, "arrival_time": 1.0}
-CONTOURS = 20
-# of the grey of contour lines
-DARKER = 0.72
 
 
 def explorer(store: xr.Dataset, found: xr.Dataset, frame: Frame | None, settings: Hazard) -> str | None:
@@ -66,7 +63,7 @@ def explorer(store: xr.Dataset, found: xr.Dataset, frame: Frame | None, settings
     data = {
         "title": str(store.attrs["title"]),
         "grid": _grid(found, frame, block),
-        "ground": _ground(found, block),
+        "ground": ground(found, block),
         "steps": steps,
         "fields": packed,
         "frames": frames,
@@ -150,40 +147,6 @@ def _grid(found: xr.Dataset, frame: Frame | None, block: int) -> dict[str, Any]:
         origin, azimuth = frame.georeference.origin, frame.georeference.azimuth
         about |= {"origin": list(origin), "azimuth": azimuth, "s": np.round(frame.distance, 3).tolist()}
     return about
-
-
-def _ground(found: xr.Dataset, block: int) -> dict[str, Any] | None:
-    """Pack elevations, in tenths of a metre above the lowest, and the grey of the ground."""
-    if "elevation" not in found.coords:
-        return None
-    z = found["elevation"].to_numpy().astype(np.float64)
-    flat = z.ndim == 1
-    z = np.broadcast_to(z, (found.sizes["y"], found.sizes["x"]))[:: max(block, 1), :: max(block, 1)]
-    low, high = float(np.nanmin(z)), float(np.nanmax(z))
-    span = max(high - low, 1e-6)
-    step = max(span / 60000, min(0.1, span / 1000))
-    spacing = float(found["x"][1] - found["x"][0]) * block
-    grey = np.ones(z.shape) if flat else 0.55 + 0.45 * hillshade(z, spacing)
-    interval = _interval(span)
-    level = np.floor(z / interval)
-    line = np.zeros(z.shape, bool)
-    line[:, 1:] |= level[:, 1:] != level[:, :-1]
-    line[1:] |= level[1:] != level[:-1]
-    grey = np.where(line & np.isfinite(z), DARKER * grey, grey)
-    rows = slice(0, 1) if flat else slice(None)
-    return {
-        "low": low,
-        "step": step,
-        "interval": interval,
-        "elevation": pack(np.nan_to_num((z[rows] - low) / step).astype(np.uint16)),
-        "grey": pack((255 * np.nan_to_num(grey[rows], nan=0.9)).astype(np.uint16)),
-        "rows": 1 if flat else z.shape[0],
-    }
-
-
-def _interval(span: float) -> float:
-    power = 10.0 ** np.floor(np.log10(span / CONTOURS))
-    return float(next(step * power for step in (1, 2, 5, 10) if step * power * CONTOURS >= span))
 
 
 def _runs(

@@ -124,7 +124,7 @@ def hydrographs(store: xr.Dataset) -> bytes | None:
             axes.plot(time[:last], middle, color=colormaps[COLOURS](0.95), linewidth=1.4, label="median")
             axes.legend(frameon=False, loc="upper right", fontsize="small")
         axes.set_title(str(name), fontsize="medium", loc="left")
-        axes.set_ylabel("discharge (m3/s)")
+        axes.set_ylabel("discharge (m³/s)")
         axes.set_xlim(0, time[last - 1])
         axes.grid(alpha=0.3)
     panels[-1].set_xlabel("time (s)")

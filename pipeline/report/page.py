@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.resources import files
@@ -11,8 +12,10 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from pipeline.assess.ensemble import NotTogetherError
 from pipeline.emulation import emulate as emulation
+from pipeline.hazard.differences import compare
 from pipeline.hazard.place_maps import WHOLE, of_place
-from pipeline.report.chapter import Chapter, of_all, of_scenario
+from pipeline.report.chapter import of_all, of_scenario
+from pipeline.report.difference_chapter import of_difference
 from pipeline.scenario.scenario import stored
 from pipeline.settings.report import Report
 from pipeline.store import storage
@@ -22,6 +25,8 @@ from pipeline.store.zarr_store import open_store
 
 TEMPLATE = "report.html"
 LINES = ("date", "author", "client", "remarks")
+# units after a number
+UNITS = re.compile(r"(\d) (m/s|m³|m|s|ha|kPa|%|years)(?![\w/])")
 _log = logging.getLogger(__name__)
 
 
@@ -39,6 +44,7 @@ def write_report(
     run: int | None = None,
     given: Report | None = None,
     emulate: bool = False,
+    compared: tuple[str, str] | None = None,
 ) -> Location:
     """Write the page about a place.
 
@@ -55,6 +61,8 @@ def write_report(
         Title, author and what else stands at the head, in place of what the scenarios say under `report`.
     emulate : bool
         Whether to add emulated maps and tables of sampled scenarios.
+    compared : tuple of str, optional
+        Names of two scenarios: a chapter says how the second differs from the first.
 
     Returns
     -------
@@ -66,13 +74,13 @@ def write_report(
     FileNotFoundError
         If the place holds no store.
     ValueError
-        If no scenario has such a run, or a scenario is not known here.
+        If no scenario has such a run, a scenario is not known here, or two cannot be compared.
     OSError
         If the page cannot be written.
     """
     if run is not None and not any(_has_frames(path, run) for path in store_paths(out)):
         raise ValueError(f"no scenario has frames of a run {run}")
-    chapters: list[Chapter] = []
+    chapters = [of_difference(*compare((out, out), compared, {}))] if compared else []
     note = ""
     emulated = dict(emulation.of_place(out, {})) if emulate else {}
     try:
@@ -92,6 +100,7 @@ def write_report(
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    environment.filters["tied"] = tied
     beside = files("pipeline.report")
     page = environment.get_template(TEMPLATE).render(
         chapters=chapters,
@@ -104,6 +113,11 @@ def write_report(
     )
     storage.put(to, page.encode())
     return to
+
+
+def tied(sentence: str) -> str:
+    """Keep numbers and their units on one line."""
+    return UNITS.sub("\\1\u00a0\\2", sentence)
 
 
 def _head(out: Location, given: Report) -> Head:

@@ -12,10 +12,11 @@ import xarray as xr
 
 from pipeline.assess import tables
 from pipeline.assess.ensemble import computed
+from pipeline.assess.probability import in_words
 from pipeline.assess.sections import passed
 from pipeline.gis.symbology import written
 from pipeline.readable import number
-from pipeline.report.tables.table import FAINT, MOST_ROWS, Table, bounded
+from pipeline.report.tables.table import FAINT, MOST_ROWS, Table, bounded, short
 from pipeline.store.provenance import BINDING, PACKAGES, differences
 from pipeline.store.storage import Location
 from pipeline.store.variables import PER_RUN, VOLUMES, Status
@@ -33,7 +34,7 @@ def sections(store: xr.Dataset) -> Table | None:
     if not len(found):
         return None
     names = ("volume", "peak_discharge", "peak_time", "arrival_time")
-    head = ["section", "volume (m3)", "peak discharge (m3/s)", "peak at (s)", "arrival (s)"]
+    head = ["section", "volume (m³)", "peak discharge (m³/s)", "peak at (s)", "arrival (s)"]
     if len(found) <= MOST_ROWS:
         rows = [
             [
@@ -121,13 +122,12 @@ def _index(row: Mapping[Hashable, Any]) -> str:
 
 def quantiles(store: xr.Dataset) -> Table | None:
     """Table quantiles of what a run comes down to, with bounds where runs are missing or censored."""
-    rows = [
-        [
-            f"{str(row['quantity']).replace('_', ' ')} ({written(str(row['units']))})",
-            *(str(row[f"{name}_in_words"]) for name in tables.NAMES),
-        ]
-        for row in tables.quantiles(store)
-    ]
+    rows = []
+    for row in tables.quantiles(store):
+        found = tables.values(store, str(row["quantity"])).quantile(tables.SHARES)
+        bounds = zip(found.lower.tolist(), found.estimate.tolist(), found.upper.tolist(), strict=True)
+        title = f"{str(row['quantity']).replace('_', ' ')} ({written(str(row['units']))})"
+        rows.append([title, *(in_words(*each, short) for each in bounds)])
     head = ["quantity", *(f"{100 * share:g} % of runs below" for share in tables.SHARES)]
     note = "Of all planned runs; above is what runs that left the domain, were cut off or failed leave open."
     return Table("Quantiles over runs", head, rows, note) if computed(store).any() else None

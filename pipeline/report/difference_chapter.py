@@ -1,0 +1,121 @@
+"""What the page says of two scenarios beside each other, as with a dam and without it."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Hashable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import xarray as xr
+
+from pipeline.gis.layer import Layer
+from pipeline.gis.symbology import written
+from pipeline.hazard.differences import difference_layers
+from pipeline.hazard.map_files import ground
+from pipeline.report.chapter import Chapter, anchor_of, picture
+from pipeline.report.tables.table import Table, between, short
+
+# maps that are shown at once: of each quantity the first threshold, and the largest quantile of depth
+QUANTITIES = ("depth", "pressure")
+LARGEST = {"largest_depth": ("largest depth", "m"), "largest_pressure": ("largest dynamic pressure", "kPa")}
+ENDS = ("first", "second", "difference")
+NOTE = (
+    "The second less the first. Depths, speeds and pressures are of all runs, 0 of those that do not reach "
+    "the receptor. Bounds are those of both carried through: they hold whatever missing runs would give."
+)
+
+
+def of_difference(found: xr.Dataset, table: pd.DataFrame) -> Chapter:
+    """Put together the chapter of two scenarios.
+
+    Parameters
+    ----------
+    found : Dataset
+        Maps of the second less the first, of `pipeline.hazard.differences`.
+    table : DataFrame
+        What reaches their receptors, of the same.
+    """
+    first, second = (str(found.attrs[f"{each}_scenario"]) for each in ("first", "second"))
+    frame = ground(found)
+    listed = {layer.name: layer for layer in difference_layers(found)}
+    held = {name: layer for name, layer in listed.items() if not _is_nothing(layer)}
+    alike = [layer.title for name, layer in listed.items() if name not in held]
+    wanted = list(dict.fromkeys(_wanted(held)))
+    others = [name for name in held if name not in wanted]
+    with tempfile.TemporaryDirectory() as folder:
+        shown, folded = (
+            [picture(held[name], found, frame, Path(folder)) for name in names] for names in (wanted, others)
+        )
+    return Chapter(
+        anchor=anchor_of(f"{first}-{second}"),
+        name=f"{second} beside {first}",
+        description=f"What changes from {first} to {second}: maps and numbers are those of {second} less "
+        f"those of {first}, red where {second} has more and blue where it has less.{_alike(alike)}",
+        runs=str(found.attrs["comment"]),
+        maps=shown,
+        others=folded,
+        findings=[*_findings(table, first, second)],
+        tables=[_receptors(table, first, second)] if len(table) else [],
+    )
+
+
+def _is_nothing(layer: Layer) -> bool:
+    """Whether nothing differs anywhere, whatever runs are missing."""
+    return all(not bool((values.fillna(0) != 0).any()) for values in layer.values.values())
+
+
+def _alike(titles: Sequence[str]) -> str:
+    return f" Nowhere is there a {', a '.join(titles)}." if titles else ""
+
+
+def _wanted(held: dict[str, Layer]) -> Iterator[str]:
+    for quantity in QUANTITIES:
+        yield from [name for name in held if name.startswith(f"{quantity}_above_")][:1]
+    yield from [name for name in held if name.startswith("depth_quantile")][-1:]
+
+
+def _findings(table: pd.DataFrame, first: str, second: str) -> Iterator[str]:
+    """Say of each receptor how probability, depth and pressure change; of those where nothing does, so."""
+    same = []
+    for name, rows in table.groupby("receptor", sort=False) if len(table) else ():
+        of = rows.set_index("quantity").to_dict("index")
+        chance = of["probability"]
+        if not (chance["first_upper"] > 0 or chance["second_upper"] > 0):
+            same.append(str(name))
+            continue
+        text = (
+            f"{name}: reached with a probability of {_share(chance, 'second')} in {second}, in place of "
+            f"{_share(chance, 'first')} in {first}"
+        )
+        for quantity, (words, unit) in LARGEST.items():
+            if quantity in of:
+                before, after = (short(of[quantity][end]) for end in ("first", "second"))
+                text += f"; {words} {after} {unit} in place of {before} {unit}"
+        yield f"{text}."
+    if same:
+        yield f"Not reached in either: {', '.join(same)}."
+
+
+def _share(row: Mapping[Hashable, Any], end: str) -> str:
+    return between(*(f"{row[f'{end}{bound}']:.2f}" for bound in ("", "_lower", "_upper")))
+
+
+def _receptors(table: pd.DataFrame, first: str, second: str) -> Table:
+    rows = []
+    for row in table.to_dict("records"):
+        unit = written(str(row["units"]).replace("year-1", "a year"))
+        quantity = str(row["quantity"]).replace("_", " ")
+        rows.append(
+            [
+                str(row["receptor"]),
+                f"{quantity} ({unit})" if unit else quantity,
+                *(_bounded([row[f"{end}{bound}"] for bound in ("", "_lower", "_upper")]) for end in ENDS),
+            ]
+        )
+    return Table("Receptors", ["receptor", "quantity", first, second, "difference"], rows, NOTE)
+
+
+def _bounded(numbers: Sequence[float]) -> str:
+    return between(*(short(number) for number in numbers))
