@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import textwrap
 
 import numpy as np
 import xarray as xr
@@ -27,6 +28,8 @@ WIDTH = 8.0
 # part of the height of a panel
 TITLES = 0.06
 BUILDING_COLOUR = "0.25"
+# characters of a name in a line
+LONGEST_LINE = 24
 HALO = (withStroke(linewidth=2.2, foreground="white"),)
 # where the name of a receptor may stand, in points from it, with the side of the text that is there
 PLACES = (
@@ -160,7 +163,7 @@ def mark_places(
             at = int(np.argmax(north))
             names.append(
                 panel.annotate(
-                    receptor["name"],
+                    textwrap.fill(receptor["name"], LONGEST_LINE),
                     (east[at], north[at]),
                     textcoords="offset points",
                     xytext=PLACES[0][:2],

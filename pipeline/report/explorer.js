@@ -318,9 +318,12 @@ class Explorer {
       }
       ctx.lineWidth = 3 * ratio;
       ctx.strokeStyle = "#ffffff";
-      ctx.strokeText(r.name, x + 5 * ratio, y2 - 5 * ratio);
+      // where a name would leave the map on the right it stands on the left, and in the map in any case
+      const wide = ctx.measureText(r.name).width, room = this.canvas.width - 4 * ratio;
+      const left = x + 5 * ratio + wide > room ? Math.max(4 * ratio, x - 5 * ratio - wide) : x + 5 * ratio;
+      ctx.strokeText(r.name, left, y2 - 5 * ratio);
       ctx.fillStyle = "#111111";
-      ctx.fillText(r.name, x + 5 * ratio, y2 - 5 * ratio);
+      ctx.fillText(r.name, left, y2 - 5 * ratio);
     }
     if (this.at) {
       const [x, y2] = this.toScreen(...this.at);

@@ -59,7 +59,7 @@ def spacing_table(out: Location, store: xr.Dataset) -> Table | None:
         rows = [
             [before, after, *row]
             for (before, coarse), (after, fine) in pairwise(levels)
-            for row in _rows(coarse, fine)
+            for row in changes(coarse, fine)
         ]
     return Table("What the spacing is worth", HEAD, rows, NOTE) if rows else None
 
@@ -79,8 +79,8 @@ def one_spacing(store: xr.Dataset) -> str:
     )
 
 
-def _rows(coarse: xr.Dataset, fine: xr.Dataset) -> Iterator[list[str]]:
-    """Give the rows of one step."""
+def changes(coarse: xr.Dataset, fine: xr.Dataset) -> Iterator[list[str]]:
+    """Give rows of what changes between two levels: quantity, runs, medians before and after, changes."""
     entries = prod(map(len, stored(coarse.attrs).sweep.values()))
     pairs = spacing.paired(coarse, fine, entries)
     if not len(pairs[0]):

@@ -1,13 +1,14 @@
 """The map of the page: its data against the store, and in a browser what hands do with it."""
 
+import asyncio
 import json
 import re
 import shutil
-import subprocess
-from html.parser import HTMLParser
 
 import numpy as np
 import pytest
+import xarray as xr
+import zarr
 from heaps import HEAP
 
 import pipeline
@@ -16,13 +17,12 @@ from pipeline.assess.probability import exceedance
 from pipeline.hazard.map_files import ground
 from pipeline.hazard.place_maps import of_place
 from pipeline.report import explorer
+from pipeline.report.explorer_ground import ground as ground_of
 from pipeline.report.packing import unpacked
 from pipeline.scenario.scenario import stored
 from pipeline.store.variables import Status
 from pipeline.store.zarr_store import open_store
-
-BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
-BROWSER = next((found for name in BROWSERS if (found := shutil.which(name))), None)
+from pipeline.studies.browser import installed, tab
 
 
 @pytest.fixture(scope="module")
@@ -110,6 +110,29 @@ def test_a_large_map_is_made_of_blocks_that_hide_nothing(store, found, monkeypat
     np.testing.assert_array_equal(arrival[:, 0, 0], held)
 
 
+def test_contour_lines_lie_at_their_elevation(data, found):
+    ground = data["ground"]
+    assert ground["contours"]
+    x, z = found["x"].to_numpy(), found["elevation"].to_numpy()
+    for each in ground["contours"]:
+        assert np.interp(each["line"][0], x, z) == pytest.approx(each["level"], abs=0.01)
+        assert each["level"] % ground["interval"] == pytest.approx(0, abs=1e-9)
+
+
+def test_contour_lines_of_a_surface_are_its_own():
+    x, y = np.arange(0.0, 201, 4), np.arange(0.0, 121, 4)
+    height = 0.1 * x + 0.05 * y[:, None]
+    maps = xr.Dataset(coords={"x": x, "y": y, "elevation": (("y", "x"), height)})
+    made = ground_of(maps, 1)
+    levels = {each["level"] for each in made["contours"]}
+    assert levels == set(np.arange(2.0, 26, 2))
+    for each in made["contours"]:
+        places = np.reshape(each["line"], (-1, 2))
+        np.testing.assert_allclose(0.1 * places[:, 0] + 0.05 * places[:, 1], each["level"], atol=0.1)
+    packed = unpacked(made["elevation"], height.shape) * made["step"] + made["low"]
+    np.testing.assert_allclose(packed, height, atol=made["step"])
+
+
 def test_runs_that_failed_or_were_cut_off_say_so(store, found):
     states = store["status"].copy(data=[Status.FAILED, Status.CUT_OFF, Status.DONE, Status.DONE])
     data = data_of(store.assign(status=states), found)
@@ -126,15 +149,10 @@ def test_there_is_none_without_the_fields_that_it_needs(store, found):
 
 
 HANDS = """
-<script>
-const said = [];
-addEventListener("error", (event) => said.push(String(event.message)), true);
-addEventListener("unhandledrejection", (event) => said.push(String(event.reason)));
-addEventListener("load", async () => {
+(async () => {
   const root = document.querySelector(".explorer");
   const find = (role) => root.querySelector(`[data-role="${role}"]`);
   const wait = (time) => new Promise((done) => setTimeout(done, time)), seen = {};
-  for (let i = 0; i < 400 && !root.dataset.ready; i++) await wait(25);
   const map = find("map"), picture = () => map.toDataURL();
   const slide = async (role, value) => {
     find(role).value = value;
@@ -173,6 +191,16 @@ addEventListener("load", async () => {
   await slide("threshold", 0);
   seen.threshold_moves = picture() !== share;
   await slide("threshold", THRESHOLD);
+  await choose("bound", "upper");
+  seen.upper = find("legend").textContent;
+  seen.bounds_shown = !find("bound-row").hidden;
+  const cell = one.cell(...place).i;
+  seen.shares = {};
+  for (const bound of ["", "lower", "upper", "open"]) {
+    await choose("bound", bound);
+    seen.shares[bound] = one.shares()[cell];
+  }
+  await choose("bound", "");
   await slide("period", 1);
   seen.period = find("period-words").textContent;
   seen.period_moves = picture() !== share;
@@ -202,51 +230,36 @@ addEventListener("load", async () => {
   await choose("run-quantity", "time");
   seen.legend = find("legend").textContent;
   seen.too_wide = document.documentElement.scrollWidth > innerWidth;
-  seen.said = said;
-  document.body.dataset.seen = JSON.stringify(seen);
-});
-</script>
-</head>"""
+  return seen;
+})()"""
 X, Y, THRESHOLD = 60.0, 2.0, 0.2
 
 
-class Seen(HTMLParser):
-    """What was seen in a browser, noted at the body."""
-
-    def __init__(self, text):
-        super().__init__()
-        self.seen = {}
-        self.feed(text)
-
-    def handle_starttag(self, tag, attrs):
-        if tag == "body":
-            self.seen = json.loads(dict(attrs)["data-seen"])
+async def seen_by_hands(page, hands, width, height):
+    """Open a page in a tab of a size, and give what hands saw and what the page complained of."""
+    async with tab() as shown:
+        await shown.size(width, height)
+        await shown.show(page)
+        return await shown.script(hands), shown.said
 
 
-@pytest.mark.skipif(BROWSER is None, reason="there is no headless browser (chromium)")
-@pytest.mark.parametrize("size", ["1280,900", "500,844"])
+@pytest.mark.skipif(installed() is None, reason="there is no headless browser (chromium)")
+@pytest.mark.parametrize(("width", "height"), [(1280, 900), (390, 844)])
 def test_in_a_browser_sliders_move_pictures_and_a_click_gives_what_the_store_has(
-    place, store, found, data, tmp_path, size
+    place, store, found, data, tmp_path, width, height
 ):
-    page = pipeline.write_report(place, tmp_path / "page.html").read_text(encoding="utf-8")
+    page = pipeline.write_report(place, tmp_path / "page.html")
     number = data["thresholds"]["depth"].index(THRESHOLD)
     hands = HANDS.replace("PLACE", f"{X}, {Y}").replace("THRESHOLD", str(number))
-    looked = tmp_path / "looked.html"
-    looked.write_text(page.replace("</head>", hands, 1), encoding="utf-8")
-    command = [
-        *(BROWSER, "--headless", "--no-sandbox", "--disable-gpu", "--enable-logging=stderr"),
-        *("--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-sync"),
-        *("--virtual-time-budget=60000", f"--window-size={size}", f"--user-data-dir={tmp_path / 'user'}"),
-        *("--dump-dom", looked.as_uri()),
-    ]
-    shown = subprocess.run(command, capture_output=True, text=True, check=True, timeout=180)
-    assert "CONSOLE" not in shown.stderr
-    seen = Seen(shown.stdout).seen
+    seen, said = asyncio.run(seen_by_hands(page, hands, width, height))
+    assert said == []
     assert seen["ready"] == "true"
-    assert seen["said"] == []
     moves = ("time_moves", "threshold_moves", "period_moves", "zooms", "pans", "plays", "pauses")
     assert {name: seen[name] for name in moves} == dict.fromkeys(moves, True)
     assert not seen["too_wide"]
+    # all runs are known: bounds are the share, and are not offered
+    assert not seen["bounds_shown"]
+    assert "upper bound" in seen["upper"]
     run = data["runs"][1]["run"]
     here = store.isel(run=run).sel(x=X, y=Y)
     assert first_number(seen["run"]["depth"]) == pytest.approx(float(here["max_depth"]), abs=0.011)
@@ -259,6 +272,8 @@ def test_in_a_browser_sliders_move_pictures_and_a_click_gives_what_the_store_has
     share = float(found["depth_exceedance"].sel(depth_threshold=THRESHOLD, x=X, y=Y))
     assert first_number(seen["all"]["share-depth"]) == pytest.approx(share, abs=0.006)
     assert 0 < share < 1
+    assert [seen["shares"][bound] for bound in ("", "lower", "upper")] == pytest.approx([share] * 3, abs=1e-6)
+    assert seen["shares"]["open"] == 0
     assert seen["period"] == "30 years"
     deep = float(store["max_depth"].isel(run=3).sel(x=X, y=Y)) > THRESHOLD
     assert first_number(seen["of_period"]["share-depth"]) == deep
@@ -266,6 +281,37 @@ def test_in_a_browser_sliders_move_pictures_and_a_click_gives_what_the_store_has
     farthest = int(store["runout_distance"].to_numpy().argmax())
     assert seen["farthest"].startswith(f"run {farthest}: done")
     assert seen["legend"].startswith("time (s)")
+
+
+@pytest.mark.skipif(installed() is None, reason="there is no headless browser (chromium)")
+def test_in_a_browser_bounds_are_those_of_the_maps_where_runs_are_missing(place, tmp_path):
+    """One run failed and one was cut off: what the page shows is what the maps say."""
+    copied = tmp_path / "results"
+    shutil.copytree(place, copied)
+    held = zarr.open_group(copied / "heap.zarr", mode="r+")
+    held["status"][:2] = [Status.FAILED, Status.CUT_OFF]
+    found = dict(of_place(copied, {}))["heap"]
+    with open_store(copied / "heap.zarr") as opened:
+        index = data_of(opened, found)["thresholds"]["depth"].index(THRESHOLD)
+    asked = """(async () => {
+      const one = explorers[0], find = (role) => one.find(role), found = {};
+      one.root.querySelector('[data-mode="all"]').click();
+      find("threshold").value = NUMBER;
+      for (const bound of ["", "lower", "upper"]) {
+        find("bound").value = bound;
+        found[bound] = [...one.shares()];
+      }
+      return [found, find("bound-row").hidden];
+    })()""".replace("NUMBER", str(index))
+    page = pipeline.write_report(copied, tmp_path / "page.html")
+    (shares, hidden), said = asyncio.run(seen_by_hands(page, asked, 1280, 900))
+    assert said == []
+    assert not hidden
+    for bound in ("", "lower", "upper"):
+        name = f"depth_exceedance{'_' if bound else ''}{bound}"
+        expected = found[name].sel(depth_threshold=THRESHOLD).to_numpy().ravel()
+        np.testing.assert_allclose(shares[bound], expected, atol=1e-6)
+    assert (np.array(shares["upper"]) > np.array(shares["lower"])).any()
 
 
 def first_number(text):

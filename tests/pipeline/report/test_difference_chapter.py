@@ -1,0 +1,78 @@
+"""The chapter of two scenarios beside each other, against the table it is made from."""
+
+import copy
+
+import pytest
+from commands import pipeline as command
+from heaps import HEAP
+
+import pipeline
+from pipeline.report.difference_chapter import of_difference
+from pipeline.report.tables.table import short
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory):
+    """The heap, and the same on rougher ground, which does not reach as far."""
+    out = tmp_path_factory.mktemp("beside") / "results"
+    rough = copy.deepcopy(HEAP)
+    rough["name"] = "rough"
+    rough["sweep"] = {"material.bed_friction": [30, 32, 34, 36]}
+    rough["return_periods"] = {"material.bed_friction": [300, 100, 100, 30]}
+    for scene in (heap := copy.deepcopy(HEAP), rough):
+        scene["receptors"].append({"name": "never", "point": [156, 20]})
+    pipeline.run([heap, rough], out, workers=1, quiet=True)
+    return out
+
+
+@pytest.fixture(scope="module")
+def compared(place):
+    return pipeline.compare(place, ("heap", "rough"))
+
+
+def test_findings_say_how_what_reaches_receptors_changes(compared):
+    chapter = of_difference(*compared)
+    rows = compared[1].set_index(["receptor", "quantity"])
+    chance, depth = rows.loc[("Häusli", "probability")], rows.loc[("Häusli", "largest_depth")]
+    assert chance["second"] < chance["first"]
+    (said,) = [each for each in chapter.findings if each.startswith("Häusli")]
+    assert f"{chance['second']:.2f} in rough, in place of {chance['first']:.2f} in heap" in said
+    assert f"largest depth {short(depth['second'])} m in place of {short(depth['first'])} m" in said
+    assert chapter.findings[-1] == "Not reached in either: never."
+
+
+def test_the_table_has_the_differences_with_their_bounds(compared):
+    (table,) = of_difference(*compared).tables
+    assert table.head == ["receptor", "quantity", "heap", "rough", "difference"]
+    assert len(table.rows) == len(compared[1])
+    for row, known in zip(table.rows, compared[1].to_dict("records"), strict=True):
+        number = float(row[4].split()[0].replace(",", ""))
+        assert number == pytest.approx(known["difference"], rel=0.06, abs=1e-3)
+
+
+def test_maps_where_nothing_differs_are_named_and_not_drawn(compared):
+    maps, table = compared
+    chapter = of_difference(maps, table)
+    same = maps.copy()
+    for bound in ("", "_lower", "_upper"):
+        name = f"speed_exceedance_difference{bound}"
+        same[name] = maps[name] * 0
+        same[name].attrs = maps[name].attrs
+    fewer = of_difference(same, table)
+    assert len(fewer.maps) + len(fewer.others) == len(chapter.maps) + len(chapter.others) - 1
+    assert "Nowhere is there a difference of the share of events with a largest speed" in fewer.description
+
+
+def test_the_command_puts_the_chapter_first(place, tmp_path):
+    to = tmp_path / "page.html"
+    shown = command("report", place, "--to", to, "--compare", "heap", "rough")
+    assert shown.exit_code == 0, shown.output
+    page = to.read_text(encoding="utf-8")
+    assert page.index('<section id="scenario-heap-rough">') < page.index('<section id="scenario-heap">')
+    assert "rough beside heap" in page
+
+
+def test_a_scenario_that_is_not_there_is_told(place):
+    shown = command("report", place, "--compare", "heap", "smooth")
+    assert shown.exit_code == 2
+    assert "smooth.zarr" in shown.stderr
