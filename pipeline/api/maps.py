@@ -159,7 +159,7 @@ def compare(
         If something cannot be written.
     """
     from pipeline.hazard import differences
-    from pipeline.hazard.map_files import draw_differences
+    from pipeline.hazard.map_files import write_differences
     from pipeline.hazard.netcdf import write
 
     thresholds = checked_thresholds(depth=depth, speed=speed, momentum_flux=momentum_flux, pressure=pressure)
@@ -173,6 +173,6 @@ def compare(
         tell(str(write(found, folder, differences.FILE)))
         if len(table):
             tell(str(differences.write_table(table, folder)))
-        for path in draw_differences(found, folder) if pictures else ():
+        for path in write_differences(found, folder, "-".join(scenarios)) if pictures else ():
             tell(str(path))
     return found, table

@@ -1,12 +1,10 @@
-"""The maps of a place as one project of QGIS, and as one item of a SpatioTemporal Asset Catalog."""
+"""The maps of a place as one project of QGIS."""
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 from xml.etree import ElementTree as Xml
 
 from pipeline.gis.qml import VERSION, raster_pipe, to_text, vector_parts
@@ -15,27 +13,18 @@ from pipeline.gis.symbology import Style
 from pipeline.gis.vectors import Features
 from pipeline.store.folder import whole
 
-PROJECT, ITEM = "hazard.qgs", "item.json"
-STAC_VERSION = "1.0.0"
-PROJECTION = "https://stac-extensions.github.io/projection/v1.1.0/schema.json"
-# kinds of files by their ending
-MEDIA = {
-    ".tif": "image/tiff; application=geotiff; profile=cloud-optimized",
-    ".gpkg": "application/geopackage+sqlite3",
-    ".nc": "application/netcdf",
-    ".png": "image/png",
-    ".qgs": "application/xml",
-}
+PROJECT = "hazard.qgs"
 
 
 @dataclass(frozen=True)
 class RasterFile:
-    """A raster that was written: its title, how it looks, and whether it is a bound of another one."""
+    """A raster that was written: its title, how it looks, whether it is a bound of another one, its units."""
 
     path: Path
     title: str
     style: Style | None
     is_bound: bool = False
+    units: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,21 +84,26 @@ def _add(group: Group, number: int, folder: Path, tree: Xml.Element, layers: Xml
     marks = [each for each in group.features if each.name not in maps]
     outlines = [each for each in group.features if each.name in maps]
     for each in marks:
-        _vector(group, each, f"{number}_{each.name}", folder, branch, layers, shown=shown)
+        _vector(group, each, _id(number, each.name), folder, branch, layers, shown=shown)
     whole_maps = [each for each in group.rasters if not each.is_bound and each.style is not None]
     for i, raster in enumerate(whole_maps):
-        _raster(group, raster, f"{number}_{raster.path.stem}", folder, branch, layers, shown=shown and i == 0)
+        _raster(group, raster, _id(number, raster.path.stem), folder, branch, layers, shown=shown and i == 0)
     bounds = [each for each in group.rasters if each.is_bound]
     if bounds:
         below = _branch(branch, "bounds, for runs that are missing", shown=False)
         for raster in bounds:
-            _raster(group, raster, f"{number}_{raster.path.stem}", folder, below, layers, shown=False)
+            _raster(group, raster, _id(number, raster.path.stem), folder, below, layers, shown=False)
     if outlines:
         below = _branch(branch, "maps as polygons", shown=False)
         for each in outlines:
-            _vector(group, each, f"{number}_polygons_{each.name}", folder, below, layers, shown=False)
+            _vector(group, each, _id(number, f"polygons_{each.name}"), folder, below, layers, shown=False)
     for raster in (each for each in group.rasters if each.style is None):
-        _raster(group, raster, f"{number}_{raster.path.stem}", folder, branch, layers, shown=shown)
+        _raster(group, raster, _id(number, raster.path.stem), folder, branch, layers, shown=shown)
+
+
+def _id(number: int, name: str) -> str:
+    """Name a layer of a group; QGIS passes over names of ten characters or fewer."""
+    return f"scenario_{number}_{name}"
 
 
 def _branch(tree: Xml.Element, name: str, shown: bool) -> Xml.Element:
@@ -192,81 +186,3 @@ def _system(code: str) -> Xml.Element:
     Xml.SubElement(system, "proj4").text = found.to_proj4()
     Xml.SubElement(system, "authid").text = ":".join(authority) if authority else ""
     return system
-
-
-def write_item(groups: Sequence[Group], folder: Path, name: str, made: str) -> Path:
-    """Write a STAC item of a place: where it lies, when its maps were made, and its files.
-
-    Parameters
-    ----------
-    groups : sequence of Group
-        What was written.
-    folder : Path
-        Of the maps; files are named relative to it.
-    name : str
-        Of the place.
-    made : str
-        When the maps were made, ISO 8601 with time and zone.
-
-    Raises
-    ------
-    OSError
-        If it cannot be written.
-    """
-    import rasterio.crs
-    from rasterio.warp import transform_bounds, transform_geom
-
-    grid = groups[0].grid
-    west, south, east, north = grid.bounds
-    ring = [[west, south], [east, south], [east, north], [west, north], [west, south]]
-    shape = transform_geom(grid.crs, "EPSG:4326", {"type": "Polygon", "coordinates": [ring]}, precision=7)
-    bounds = transform_bounds(grid.crs, "EPSG:4326", *grid.bounds)
-    code = rasterio.crs.CRS.from_user_input(grid.crs).to_epsg()
-    item = {
-        "type": "Feature",
-        "stac_version": STAC_VERSION,
-        "stac_extensions": [PROJECTION],
-        "id": name,
-        "geometry": {
-            "type": shape["type"],
-            "coordinates": [[list(place) for place in shape["coordinates"][0]]],
-        },
-        "bbox": [round(value, 7) for value in bounds],
-        "properties": {
-            "datetime": made,
-            "title": f"Hazard maps: {name}",
-            "description": "; ".join(f"{group.name}: {group.runs}" for group in groups),
-            "proj:epsg": code,
-        },
-        "links": [],
-        "assets": {
-            PROJECT: {
-                "href": f"./{PROJECT}",
-                "type": MEDIA[".qgs"],
-                "title": "project of QGIS",
-                "roles": ["metadata"],
-            },
-            **{key: asset for group in groups for key, asset in _assets(group, folder).items()},
-        },
-    }
-    path = folder / ITEM
-    with whole(path) as aside:
-        aside.write_text(json.dumps(item, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
-    return path
-
-
-def _assets(group: Group, folder: Path) -> dict[str, dict[str, Any]]:
-    titles = {raster.path: raster.title for raster in group.rasters}
-    found = {}
-    for path in group.paths:
-        if path.suffix in MEDIA:
-            relative = path.relative_to(folder).as_posix()
-            roles = ["overview"] if path.suffix == ".png" else ["data"]
-            title = titles.get(path.with_suffix(".tif"), path.stem.replace("_", " "))
-            found[relative] = {
-                "href": f"./{relative}",
-                "type": MEDIA[path.suffix],
-                "title": f"{group.name}: {title}",
-                "roles": roles,
-            }
-    return found

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 from xml.etree import ElementTree as Xml
@@ -16,6 +16,8 @@ VERSION = "3.22.0"
 DOCTYPE = "<!DOCTYPE qgis PUBLIC 'http://mrcc.com/qgis.dtd' 'SYSTEM'>\n"
 # above every value of a map
 INFINITE = "inf"
+# where nothing is drawn; and the part of a class that is no difference
+FREE, NONE = "#ffffff", 1e-3
 UNKNOWN = 254
 Geometry = Literal["Point", "Line", "Polygon"]
 
@@ -84,11 +86,8 @@ def raster_pipe(style: Style | None) -> Xml.Element:
             minimumValue=f"{low:g}",
             maximumValue=f"{high:g}",
         )
-        # each colour reaches up to its value
-        _entry(shader, "item", f"{low:.9g}", "#ffffff", f"up to {low:g}", alpha=0)
-        for each in style.entries:
-            upper = INFINITE if np.isinf(each.upper) else f"{each.upper:.9g}"
-            _entry(shader, "item", upper, each.colour, each.label)
+        for value, colour, label, alpha in _items(style):
+            _entry(shader, "item", value, colour, label, alpha)
     Xml.SubElement(pipe, "brightnesscontrast", brightness="0", contrast="0", gamma="1")
     Xml.SubElement(pipe, "huesaturation", saturation="0", colorizeOn="0")
     Xml.SubElement(pipe, "rasterresampler", maxOversampling="2")
@@ -99,6 +98,24 @@ def raster_pipe(style: Style | None) -> Xml.Element:
         given = {"enabled": "true", "maxOversampling": "2", **ways}
         Xml.SubElement(Xml.SubElement(pipe, "provider"), "resampling", given)
     return pipe
+
+
+def _items(style: Style) -> Iterator[tuple[str, str, str, int]]:
+    """Give value, colour, label and opacity of each step: a colour reaches up to its value."""
+    low = style.edges[0]
+    if low >= 0:
+        yield f"{low:.9g}", FREE, f"up to {low:g}", 0
+    for each in style.entries:
+        upper = INFINITE if np.isinf(each.upper) else f"{each.upper:.9g}"
+        if each.lower < 0 < each.upper:
+            # of differences: what is none
+            yield upper, FREE, each.label, 0
+        elif low < 0 and each.upper == 0:
+            none = NONE * (each.upper - each.lower)
+            yield f"{-none:.9g}", each.colour, each.label, 255
+            yield f"{none:.9g}", FREE, "0", 0
+        else:
+            yield upper, each.colour, each.label, 255
 
 
 def _renderer(kind: str, opacity: float = 1.0) -> dict[str, str]:

@@ -131,11 +131,16 @@ def _parts(
             yield outline(values, share, frame), {**about, **more, "share": share}
         return
     for each in style.entries:
+        if each.lower < 0 < each.upper:
+            # of differences: what is none
+            continue
         row = {**about, "class": each.label, "lower": each.lower, "upper": each.upper, "units": layer.units}
         if style.discrete:
             yield cells(values.to_numpy() == each.lower, frame), row
         else:
-            yield outline(values, each.lower, frame, each.upper), row
+            # what is as low as a legend of differences goes is of its first class
+            least = -ABOVE_ALL if each.lower == style.edges[0] < 0 else each.lower
+            yield outline(values, least, frame, each.upper), row
 
 
 def _colour(style: Style, value: float) -> str:

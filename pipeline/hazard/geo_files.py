@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -26,7 +27,13 @@ GROUND = "elevation"
 OnGrid = TypeVar("OnGrid", xr.Dataset, xr.DataArray)
 
 
-def write(found: xr.Dataset, frame: Frame, shares: tuple[float, ...], folder: Path) -> Group:
+def write(
+    found: xr.Dataset,
+    frame: Frame,
+    shares: tuple[float, ...],
+    folder: Path,
+    listed: Callable[[xr.Dataset], Iterator[Layer]] = layers,
+) -> Group:
     """Write maps on a grid that is north up, and as polygons, to a folder that is there.
 
     Parameters
@@ -40,6 +47,8 @@ def write(found: xr.Dataset, frame: Frame, shares: tuple[float, ...], folder: Pa
     folder : Path
         Gets a cloud-optimised GeoTIFF with its style for each map, and for its bounds where they differ;
         `MAP` and `PACKAGE`.
+    listed : callable
+        Gives the single maps among ``found``.
 
     Raises
     ------
@@ -52,10 +61,10 @@ def write(found: xr.Dataset, frame: Frame, shares: tuple[float, ...], folder: Pa
     easting, northing = (turned[axis].to_numpy().astype(np.float64) for axis in ("x", "y"))
     grid = Grid(easting, northing, crs)
     # classes of a time are those of the lattice, whatever of it the grid holds
-    made = {layer.name: layer for layer in layers(found)}
+    made = {layer.name: layer for layer in listed(found)}
     files: list[RasterFile] = []
     paths: list[Path] = []
-    for layer in layers(turned):
+    for layer in listed(turned):
         style = made[layer.name].style
         for bound, values in layer.values.items():
             if bound and made[layer.name].is_certain:
@@ -64,16 +73,17 @@ def write(found: xr.Dataset, frame: Frame, shares: tuple[float, ...], folder: Pa
             about = {"description": _title(layer, bound), "units": layer.units, **turned.attrs}
             held = _classes(values, inside) if style.discrete else values.to_numpy()
             paths += raster.write(held, grid, path, style, about)
-            files.append(RasterFile(path, _title(layer, bound), style, is_bound=bool(bound)))
+            title = _title(layer, bound)
+            files.append(RasterFile(path, title, style, is_bound=bool(bound), units=layer.units))
     if "elevation" in found.coords:
         ground = _elevation(found, frame)
         path = folder / f"{GROUND}.tif"
         about = {"description": "elevation of the bed", "units": "m", "comment": turned.attrs["comment"]}
         paths += raster.write(ground, grid, path, None, about)
-        files.append(RasterFile(path, "elevation of the bed", None))
+        files.append(RasterFile(path, "elevation of the bed", None, units="m"))
     runs = {
         "runs": found.attrs["comment"],
-        **{name: int(found.attrs[name]) for name in ("runs_done", "runs_planned")},
+        **{name: int(found.attrs[name]) for name in ("runs_done", "runs_planned") if name in found.attrs},
     }
     features = [of_layer(each, frame, shares, runs) for each in made.values()]
     features += marked(found, frame)

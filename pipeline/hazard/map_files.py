@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -13,7 +13,9 @@ import numpy as np
 import xarray as xr
 
 from pipeline.assess.georeference import Frame, MapAxes, frame
-from pipeline.gis.project import Group, write_item, write_project
+from pipeline.gis.layer import Layer
+from pipeline.gis.project import Group, write_project
+from pipeline.gis.stac import write_item
 from pipeline.hazard import geo_files
 from pipeline.hazard.differences import difference_layers
 from pipeline.hazard.layers import layers
@@ -26,7 +28,7 @@ _log = logging.getLogger(__name__)
 OURS = re.compile(
     r"(?:\w+_above_[\d.e+-]+(?:_emulated)?|\w+_quantile_[\d.e+-]+|intensity_[\d.e+-]+_years|\w*arrival_\w+"
     r"|intensity|hazard_level)"
-    r"(?:_lower|_upper|_error)?\.(?:png|tif|tif\.aux\.xml|qml)|outlines\.gpkg"
+    r"(?:_difference)?(?:_lower|_upper|_error)?\.(?:png|tif|tif\.aux\.xml|qml)|outlines\.gpkg"
 )
 
 
@@ -60,8 +62,22 @@ def ground(found: xr.Dataset) -> Frame | None:
     return frame(found, Georeference.model_validate_json(text)) if text else None
 
 
-def draw_differences(found: xr.Dataset, folder: Path) -> list[Path]:
-    """Draw maps of differences to a folder that is there.
+def write_differences(found: xr.Dataset, folder: Path, name: str) -> list[Path]:
+    """Write maps of differences to a folder that is there, as hazard maps are written.
+
+    Parameters
+    ----------
+    found : Dataset
+        As `pipeline.hazard.differences` gives it.
+    folder : Path
+        Gets the maps, and on the ground a project of QGIS and a STAC item.
+    name : str
+        Of the item.
+
+    Returns
+    -------
+    list of Path
+        What was written.
 
     Raises
     ------
@@ -70,12 +86,14 @@ def draw_differences(found: xr.Dataset, folder: Path) -> list[Path]:
     OSError
         If something cannot be written.
     """
-    placed = ground(found)
-    return [draw(layer, found, placed, folder / f"{layer.name}.png") for layer in difference_layers(found)]
+    written = write_maps(found, folder, difference_layers)
+    return [*written.paths, *write_place([written], folder, name)]
 
 
-def write_maps(found: xr.Dataset, folder: Path) -> Written:
-    """Write hazard maps to a folder that is there; what each is called stands in `pipeline.hazard.layers`.
+def write_maps(
+    found: xr.Dataset, folder: Path, listed: Callable[[xr.Dataset], Iterator[Layer]] = layers
+) -> Written:
+    """Write maps to a folder that is there; what each is called stands in `pipeline.hazard.layers`.
 
     Maps that were written there before and are no longer asked for are removed.
 
@@ -87,13 +105,13 @@ def write_maps(found: xr.Dataset, folder: Path) -> Written:
         If something cannot be written.
     """
     placed = ground(found)
-    shares = tuple(np.atleast_1d(found.attrs["outlines"]).tolist())
+    shares = tuple(np.atleast_1d(found.attrs.get("outlines", ())).tolist())
     group = None
     if placed is not None:
         geo_files.check(placed.georeference.crs)
-        group = geo_files.write(found, placed, shares, folder)
+        group = geo_files.write(found, placed, shares, folder, listed)
     pictures = []
-    for layer in layers(found):
+    for layer in listed(found):
         _log.info("%s: %s", found.attrs["title"], layer.name)
         pictures.append(draw(layer, found, placed, folder / f"{layer.name}.png"))
     written = [*pictures, *(group.paths if group else ())]

@@ -33,6 +33,7 @@ def main(path, picture, wanted):
             "renderer": renderer.type() if renderer else None,
             "crs": layer.crs().authid(),
         }
+    found["listed"] = [node.layerId() for node in project.layerTreeRoot().findLayers()]
     checked = [node.layerId() for node in project.layerTreeRoot().findLayers() if node.isVisible()]
     found["checked"] = checked
     settings = QgsMapSettings()

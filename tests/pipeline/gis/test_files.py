@@ -1,5 +1,6 @@
 """Files of maps, opened by the programs that they are for."""
 
+import hashlib
 import json
 import os
 import re
@@ -18,9 +19,12 @@ from PIL import Image
 from root import ROOT
 
 from pipeline.assess.ensemble import ensemble
+from pipeline.gis.qml import raster_style
 from pipeline.gis.raster import OUTSIDE, UNKNOWN
+from pipeline.gis.stac import EXTENSIONS, SHA_256
+from pipeline.gis.symbology import of_differences
 from pipeline.hazard.layers import layers
-from pipeline.hazard.map_files import write_maps, write_place
+from pipeline.hazard.map_files import write_differences, write_maps, write_place
 from pipeline.hazard.mapping import map_hazard
 from pipeline.settings.hazard import Georeference, Hazard
 
@@ -161,18 +165,64 @@ def test_the_project_names_files_beside_it(place):
     assert root.find("projectCrs/spatialrefsys/authid").text == "EPSG:2056"
 
 
-def test_the_item_has_all_that_stac_asks_for(place):
-    item = json.loads((place / "item.json").read_text(encoding="utf-8"))
-    assert (item["type"], item["stac_version"], item["id"]) == ("Feature", "1.0.0", "place")
-    assert re.fullmatch(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ", item["properties"]["datetime"])
-    west, south, east, north = item["bbox"]
-    assert 8.7 < west < east < 8.8
-    assert 46.9 < south < north < 47.0
-    ring = item["geometry"]["coordinates"][0]
-    assert ring[0] == ring[-1]
-    for asset in item["assets"].values():
-        assert (place / asset["href"]).exists()
-    assert "3 of 4 runs done (1 failed)" in item["properties"]["description"]
+@pytest.fixture(scope="module")
+def item(place):
+    return json.loads((place / "item.json").read_text(encoding="utf-8"))
+
+
+class TestTheItem:
+    def test_has_all_that_stac_asks_for(self, place, item):
+        assert (item["type"], item["stac_version"], item["id"]) == ("Feature", "1.0.0", "place")
+        assert {"geometry", "bbox", "properties", "links", "assets"} <= set(item)
+        assert re.fullmatch(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ", item["properties"]["datetime"])
+        west, south, east, north = item["bbox"]
+        assert 8.7 < west < east < 8.8
+        assert 46.9 < south < north < 47.0
+        ring = item["geometry"]["coordinates"][0]
+        assert ring[0] == ring[-1]
+        for asset in item["assets"].values():
+            assert (place / asset["href"]).exists()
+            assert asset["type"]
+        assert "3 of 4 runs done (1 failed)" in item["properties"]["description"]
+
+    def test_passes_the_schema_of_stac(self, item):
+        pystac = pytest.importorskip("pystac", reason="pystac is not installed")
+        validation = pytest.importorskip("pystac.validation.stac_validator")
+        # schemas of the newest version come with pystac; items of 1.0.0 are brought to it without loss
+        newest = pystac.Item.from_dict(item, migrate=True).to_dict()
+        check = validation.JsonSchemaSTACValidator().validate_core
+        kind = pystac.STACObjectType.ITEM
+        check(newest, kind, newest["stac_version"])
+        with pytest.raises(pystac.STACValidationError):
+            check({**newest, "geometry": None, "bbox": [1]}, kind, newest["stac_version"])
+
+    def test_says_where_the_cells_of_each_raster_lie(self, place, item):
+        assert item["properties"]["proj:epsg"] == 2056
+        for path in (place / "plane").glob("*.tif"):
+            asset = item["assets"][f"plane/{path.name}"]
+            with rasterio.open(path) as opened:
+                assert asset["proj:shape"] == [*opened.shape]
+                assert asset["proj:transform"] == [*opened.transform][:6]
+                (band,) = asset["raster:bands"]
+                assert band["data_type"] == opened.dtypes[0]
+                assert str(band["nodata"]) == f"{opened.nodata:g}"
+                assert band.get("unit", "") == (opened.units[0] or "")
+                assert band["spatial_resolution"] == opened.res[0]
+
+    def test_names_classes_with_their_colours(self, item):
+        (band,) = item["assets"]["plane/hazard_level.tif"]["raster:bands"]
+        classes = {each["value"]: each for each in band["classification:classes"]}
+        assert classes[4] == {"value": 4, "description": "high (red)", "color_hint": "d7352b"}
+        assert all(re.fullmatch("[0-9a-f]{6}", each["color_hint"]) for each in classes.values())
+
+    def test_has_sizes_and_digests_of_all_files(self, place, item):
+        assert {each.partition("/v")[0].rpartition("/")[2] for each in EXTENSIONS} == {
+            *("projection", "file", "raster", "classification")
+        }
+        for asset in item["assets"].values():
+            held = (place / asset["href"]).read_bytes()
+            assert asset["file:size"] == len(held)
+            assert asset["file:checksum"] == SHA_256 + hashlib.sha256(held).hexdigest()
 
 
 def test_maps_of_other_thresholds_are_removed_and_nothing_else(tmp_path):
@@ -190,10 +240,33 @@ def test_maps_of_other_thresholds_are_removed_and_nothing_else(tmp_path):
     assert "outlines.gpkg" not in kept
 
 
+GDAL = all(map(shutil.which, ("gdalinfo", "ogrinfo")))
+
+
+@pytest.mark.skipif(not GDAL, reason="gdalinfo and ogrinfo are not installed (gdal-bin)")
+def test_gdal_opens_every_file(place):
+    opened = 0
+    for path in sorted((place / "plane").iterdir()):
+        if path.suffix in (".tif", ".png", ".nc"):
+            command = ["gdalinfo", path]
+        elif path.suffix == ".gpkg":
+            command = ["ogrinfo", "-so", "-al", path]
+        else:
+            continue
+        shown = subprocess.run(command, capture_output=True, text=True, check=False)
+        assert shown.returncode == 0, shown.stderr
+        assert "ERROR" not in shown.stderr
+        assert (
+            "Coordinate System is" in shown.stdout or "Layer SRS WKT" in shown.stdout or path.suffix != ".tif"
+        )
+        opened += 1
+    assert opened > 20
+
+
 @pytest.mark.skipif(not has_qgis(), reason="QGIS is not installed (python3-qgis)")
 def test_qgis_opens_all_of_it_and_shows_the_colours_of_the_classes(place, tmp_path):
     picture = tmp_path / "seen.png"
-    wanted = ["0_hazard_level"]
+    wanted = ["scenario_0_hazard_level"]
     command = [SYSTEM, ROOT / "tests" / "support" / "qgis_look.py", place / "hazard.qgs", picture, *wanted]
     alone = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
     shown = subprocess.run(
@@ -208,7 +281,14 @@ def test_qgis_opens_all_of_it_and_shows_the_colours_of_the_classes(place, tmp_pa
     seen = json.loads(shown.stdout.strip().splitlines()[-1])
     assert seen["read"] is True
     assert seen["crs"] == "EPSG:2056"
-    assert {"0_receptor_points", "0_release", "0_depth_above_1", "0_elevation"} <= set(seen["checked"])
+    assert {
+        "scenario_0_receptor_points",
+        "scenario_0_release",
+        "scenario_0_depth_above_1",
+        "scenario_0_elevation",
+    } <= set(seen["checked"])
+    # each leaf of the tree is a layer, and each layer is in the tree
+    assert set(seen["listed"]) == set(seen["layers"])
     assert all(each["valid"] and each["crs"] == "EPSG:2056" for each in seen["layers"].values())
     opened = seen["opened"]
     assert all(each["valid"] for each in opened.values())
@@ -219,3 +299,61 @@ def test_qgis_opens_all_of_it_and_shows_the_colours_of_the_classes(place, tmp_pa
     with Image.open(picture) as image:
         colours = {colour for count, colour in image.convert("RGB").getcolors(1 << 24) if count > 50}
     assert (0xD7, 0x35, 0x2B) in colours
+
+
+class TestDifferences:
+    """Maps of two scenarios beside each other, of shares that go from all runs to none."""
+
+    def test_colour_all_but_where_nothing_differs(self):
+        style = of_differences("share", "1", 1.0)
+        items = [
+            (float(item.get("value")), int(item.get("alpha"))) for item in raster_style(style).iter("item")
+        ]
+        # a colour reaches from the value before it up to its own
+        drawn = {
+            value: next(alpha for upper, alpha in items if value <= upper) for value in (-1, -0.5, 0, 0.5, 1)
+        }
+        assert drawn == {-1: 255, -0.5: 255, 0: 0, 0.5: 255, 1: 255}
+
+    def test_of_values_keep_zero_free_where_it_is_an_edge(self):
+        style = of_differences("depth", "m", 0.8)
+        assert 0 in style.edges
+        items = [
+            (float(item.get("value")), int(item.get("alpha"))) for item in raster_style(style).iter("item")
+        ]
+        assert [value for value, _ in items] == sorted(value for value, _ in items)
+        drawn = {
+            value: next(alpha for upper, alpha in items if value <= upper) for value in (-0.8, -0.1, 0, 0.1)
+        }
+        assert drawn == {-0.8: 255, -0.1: 255, 0: 0, 0.1: 255}
+
+    def test_are_written_as_hazard_maps_are(self, tmp_path):
+        one, other = mapped((1.0,), status=(1, 1, 1, 1)), mapped((1.0,), status=(1, 1, 1, 1))
+        found = xr.Dataset(coords=one.coords)
+        for bound in ("", "_lower", "_upper"):
+            name = f"depth_exceedance{bound}"
+            less = other[name] * 0 - one[name]
+            about = {"long_name": "difference of the share", "units": "1"}
+            found[f"depth_exceedance_difference{bound}"] = less.assign_attrs(about)
+        about = {**one.attrs, "title": "without less with", "comment": "4 of 4 runs done"}
+        (tmp_path / "speed_above_1_difference.tif").write_text("of other thresholds")
+        written = write_differences(found.assign_attrs(about), tmp_path, "without-with")
+        names = {path.name for path in written}
+        assert {
+            "depth_above_1_difference.tif",
+            "depth_above_1_difference.qml",
+            "maps.gpkg",
+            "hazard.qgs",
+        } <= names
+        assert not (tmp_path / "speed_above_1_difference.tif").exists()
+        with rasterio.open(tmp_path / "depth_above_1_difference.tif") as opened:
+            assert np.nanmin(opened.read(1)) == -1
+        _, _, shapes, columns = pyogrio.raw.read(tmp_path / "maps.gpkg", layer="depth_above_1_difference")
+        fields = pyogrio.read_info(tmp_path / "maps.gpkg", layer="depth_above_1_difference")["fields"]
+        areas = dict(
+            zip(columns[list(fields).index("class")], columns[list(fields).index("area_m2")], strict=True)
+        )
+        # what all events reach is of the lowest class, and what none reaches of none
+        assert areas["-1 to -0.9"] == pytest.approx(100 * 0.95 * 120, rel=0.1)
+        assert not any("-0.01 to" in each for each in areas)
+        assert len(shapes) == len(areas)
