@@ -1,8 +1,21 @@
-"""Numbers as people read them."""
+"""Numbers and units as people read them."""
 
 from __future__ import annotations
 
 import math
+
+WRITTEN = {
+    **{
+        "m s-1": "m/s",
+        "m3 s-1": "m³/s",
+        "m s-2": "m/s²",
+        "m3 s-2": "m³/s²",
+        "kg m-3": "kg/m³",
+        "m2": "m²",
+        "m3": "m³",
+    },
+    **{"degree": "°", "degrees": "°", "1": ""},
+}
 
 
 def number(value: object) -> str:
@@ -16,3 +29,14 @@ def number(value: object) -> str:
         short = float(f"{size:.4g}")
         return f"{short:,.0f}" if 1e4 <= abs(short) < 1e9 else f"{short:.4g}"
     return str(value)
+
+
+def written(units: str) -> str:
+    """Write a unit of the CF conventions for people: ``m s-1`` as ``m/s``."""
+    return WRITTEN.get(units, units)
+
+
+def with_unit(text: str, units: str) -> str:
+    """Write a number with its unit: ``12 m/s``, ``35°``, and without one ``12``."""
+    unit = written(units)
+    return f"{text}{unit}" if unit in ("°", "") else f"{text} {unit}"

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from pipeline.assess.frames import bed, mean_spacing, on_surface
 from pipeline.assess.gridding import gridded
 from pipeline.assess.relief import draw_relief
+from pipeline.readable import number, with_unit
 
 PANEL_WIDTH = 4.6
 LEVELS = 10
@@ -164,9 +165,7 @@ def title_of(store: xr.Dataset, run: int) -> str:
     """Name of the scenario, and the run's parameters where it has some."""
     varied = [c.isel(run=run) for c in store.coords.values() if c.dims == ("run",) and "key" in c.attrs]
     given = ", ".join(
-        f"{str(c.name).replace('_', ' ')} {c.item():g} {c.attrs['units']}"
-        if c.dtype.kind == "f"
-        else f"{str(c.name).replace('_', ' ')} {c.item()}"
+        f"{str(c.name).replace('_', ' ')} {with_unit(number(c.item()), str(c.attrs.get('units', '')))}"
         for c in varied
     )
     return f"{store.attrs['title']}{': ' if given else ''}{given}"

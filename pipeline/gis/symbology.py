@@ -14,22 +14,12 @@ from matplotlib import colormaps
 from matplotlib.colors import to_hex
 from matplotlib.ticker import MaxNLocator
 
+from pipeline.readable import written
+
 UNKNOWN_COLOUR = "#cccccc"
 UNKNOWN_WORDS = "not computed"
 # with fewer classes below the largest value a scale says nothing, as on a model in a laboratory
 LEAST_CLASSES = 3
-WRITTEN = {
-    **{
-        "m s-1": "m/s",
-        "m3 s-1": "m³/s",
-        "m s-2": "m/s²",
-        "m3 s-2": "m³/s²",
-        "kg m-3": "kg/m³",
-        "m2": "m²",
-        "m3": "m³",
-    },
-    **{"degree": "°", "degrees": "°", "1": ""},
-}
 STEPS = (1.0, 2.0, 5.0)
 MOST_STEPS = 8
 
@@ -182,17 +172,6 @@ def of_differences(name: str, units: str, reach: float) -> Style:
         edges = _even(name, reach or 1.0, -(reach or 1.0)).edges
     unit = "" if units in ("1", "year-1", "") else f" ({written(units)})"
     return Style(f"{caption}{unit}", _entries(Scale(caption, edges, DIFFERENCES, closed=True)))
-
-
-def written(units: str) -> str:
-    """Write a unit of the CF conventions for people: ``m s-1`` as ``m/s``."""
-    return WRITTEN.get(units, units)
-
-
-def with_unit(text: str, units: str) -> str:
-    """Write a number with its unit: ``12 m/s``, ``35°``, and without one ``12``."""
-    unit = written(units)
-    return f"{text}{unit}" if unit in ("°", "") else f"{text} {unit}"
 
 
 def _even(name: str, largest: float, smallest: float) -> Scale:

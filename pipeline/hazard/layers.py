@@ -8,7 +8,7 @@ import xarray as xr
 
 from pipeline.assess.probability import BOUNDS
 from pipeline.gis.layer import ERROR, Layer
-from pipeline.gis.symbology import written
+from pipeline.readable import written
 
 EARLIEST = "earliest_arrival_time"
 

@@ -11,9 +11,9 @@ import pandas as pd
 import xarray as xr
 
 from pipeline.gis.layer import Layer
-from pipeline.gis.symbology import written
 from pipeline.hazard.differences import difference_layers
 from pipeline.hazard.map_files import ground
+from pipeline.readable import written
 from pipeline.report.chapter import Chapter, anchor_of, picture
 from pipeline.report.tables.table import Table, between, short
 

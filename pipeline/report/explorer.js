@@ -306,6 +306,7 @@ class Explorer {
     line(this.corners(), "#555555", 1, true);
     for (const ring of this.data.releases) line(ring.map((p) => this.onMap(...p)), "#8c510a", 1.5, true, [5, 3]);
     ctx.font = `${12 * ratio}px system-ui, sans-serif`;
+    const taken = [];
     for (const r of this.data.receptors) {
       const places = (r.polygon ?? r.line ?? [r.point]).map((p) => this.onMap(...p));
       if (places.length > 1) line(places, "#111111", 1.5, Boolean(r.polygon));
@@ -316,14 +317,7 @@ class Explorer {
         ctx.fillStyle = "#111111";
         ctx.fill();
       }
-      ctx.lineWidth = 3 * ratio;
-      ctx.strokeStyle = "#ffffff";
-      // where a name would leave the map on the right it stands on the left, and in the map in any case
-      const wide = ctx.measureText(r.name).width, room = this.canvas.width - 4 * ratio;
-      const left = x + 5 * ratio + wide > room ? Math.max(4 * ratio, x - 5 * ratio - wide) : x + 5 * ratio;
-      ctx.strokeText(r.name, left, y2 - 5 * ratio);
-      ctx.fillStyle = "#111111";
-      ctx.fillText(r.name, left, y2 - 5 * ratio);
+      this.name(ctx, ratio, r.name, x, y2, taken);
     }
     if (this.at) {
       const [x, y2] = this.toScreen(...this.at);
@@ -336,6 +330,23 @@ class Explorer {
       }
     }
     this.scaleBar(ctx, ratio);
+  }
+
+  /* Writes a name beside its place, within the map and off the names before it where there is room. */
+  name(ctx, ratio, words, x, y, taken) {
+    const wide = ctx.measureText(words).width, high = 13 * ratio, gap = 5 * ratio;
+    const room = [this.canvas.width - wide - 4 * ratio, this.canvas.height - 4 * ratio];
+    const places = [[gap, -gap], [gap, high], [-gap - wide, -gap], [-gap - wide, high], [-wide / 2, -2 * gap], [-wide / 2, high + gap]]
+      .map(([dx, dy]) => [Math.max(4 * ratio, Math.min(x + dx, room[0])), Math.max(high, Math.min(y + dy, room[1]))]);
+    const covered = ([left, base]) => taken.reduce((sum, [a, b, w]) => sum
+      + Math.max(0, Math.min(left + wide, a + w) - Math.max(left, a)) * Math.max(0, high - Math.abs(base - b)), 0);
+    const [left, base] = places.reduce((best, one) => (covered(one) < covered(best) ? one : best));
+    taken.push([left, base, wide]);
+    ctx.lineWidth = 3 * ratio;
+    ctx.strokeStyle = "#ffffff";
+    ctx.strokeText(words, left, base);
+    ctx.fillStyle = "#111111";
+    ctx.fillText(words, left, base);
   }
 
   /* Lines of equal elevation, every fifth one strong, with their elevation where there is room for it. */

@@ -16,7 +16,7 @@ from pipeline.assess.gridding import gridded
 from pipeline.assess.tables import values
 from pipeline.gis import symbology
 from pipeline.gis.symbology import Style
-from pipeline.readable import number
+from pipeline.readable import number, with_unit
 from pipeline.report.explorer_ground import ground
 from pipeline.report.packing import coarser, pack, rounded_up, step_of, times
 from pipeline.settings.hazard import Hazard
@@ -171,7 +171,7 @@ def _runs(
 
 def _parameter(values: xr.DataArray, run: int) -> str:
     value = values[run].item()
-    return symbology.with_unit(number(value), str(values.attrs.get("units", "")))
+    return with_unit(number(value), str(values.attrs.get("units", "")))
 
 
 def _periods(store: xr.Dataset, settings: Hazard) -> list[dict[str, Any]]:

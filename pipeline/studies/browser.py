@@ -125,6 +125,16 @@ class Tab:
             paths[-1].write_bytes(base64.b64decode(shot["data"]))
         return paths
 
+    async def picture(self, chosen: str, path: Path) -> Path:
+        """Write a picture of the first element that a selector of CSS chooses, as PNG."""
+        box = await self.script(
+            f"(() => {{ const box = document.querySelector({json.dumps(chosen)}).getBoundingClientRect(); "
+            "return {x: box.x + scrollX, y: box.y + scrollY, width: box.width, height: box.height}; })()"
+        )
+        shot = await self.call("Page.captureScreenshot", clip={**box, "scale": 1}, captureBeyondViewport=True)
+        path.write_bytes(base64.b64decode(shot["data"]))
+        return path
+
     async def print(self, path: Path) -> Path:
         """Print the page as PDF, on the paper that it asks for."""
         found = await self.call(

@@ -71,6 +71,7 @@ SLOW_MODULES = (
     *("solver.verification.wall_cases", "solver.verification.deflection_cases"),
     *("pipeline.studies.convergence", "pipeline.studies.torrent_terrain", "pipeline.studies.emulation"),
     *("solver.verification.erosion_cases", "pipeline.studies.peers", "pipeline.studies.large_terrain"),
+    *("pipeline.studies.gallery", "pipeline.studies.pages"),
 )
 
 
@@ -166,6 +167,8 @@ def as_given(command: str) -> list[str]:
         words = ["valley" if word == "OUT" else word for word in words]
     if words[:2] == ["pipeline", "stress"]:
         words = ["heap.yaml" if word == "FILE" else word for word in words]
+    if words[:2] == ["pipeline", "report"]:
+        words = ["valley" if word in ("FIRST", "SECOND") else word for word in words]
     words = [WORDS.get(word, word) for word in words]
     return [
         name for word in words for name in (sorted(map(str, Path().glob(word))) if "*" in word else [word])

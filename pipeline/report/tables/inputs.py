@@ -8,8 +8,7 @@ from typing import Any
 import xarray as xr
 from pydantic import BaseModel
 
-from pipeline.gis.symbology import with_unit
-from pipeline.readable import number
+from pipeline.readable import number, with_unit
 from pipeline.report.tables.table import Table
 from pipeline.scenario.scenario import Settings, stored
 from pipeline.settings.section import declared

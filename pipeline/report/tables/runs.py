@@ -14,8 +14,7 @@ from pipeline.assess import tables
 from pipeline.assess.ensemble import computed
 from pipeline.assess.probability import in_words
 from pipeline.assess.sections import passed
-from pipeline.gis.symbology import written
-from pipeline.readable import number
+from pipeline.readable import number, written
 from pipeline.report.tables.table import FAINT, MOST_ROWS, Table, bounded, short
 from pipeline.store.provenance import BINDING, PACKAGES, differences
 from pipeline.store.storage import Location

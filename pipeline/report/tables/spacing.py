@@ -15,7 +15,7 @@ from pipeline.assess import spacing
 from pipeline.assess.frames import on_surface
 from pipeline.assess.receptors import reached
 from pipeline.assess.tables import ON_PROFILE, ON_SURFACE, values
-from pipeline.gis.symbology import with_unit, written
+from pipeline.readable import with_unit, written
 from pipeline.report.tables.table import Table, short
 from pipeline.scenario.scenario import stored
 from pipeline.store.place import LEVEL, store_path

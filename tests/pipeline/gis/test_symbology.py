@@ -47,3 +47,13 @@ def test_times_that_are_compared_have_one_legend():
     one, other = (Layer("t", "t", "s", "time", {"": values}, largest=80.0) for values in (early, late))
     assert one.style == other.style
     assert one.style.edges[-1] >= 80
+
+
+@pytest.mark.parametrize("largest", [1.5, 20.0, 100.0, 1800.0, 2100.0, 40000.0])
+def test_classes_of_times_double_up_to_the_last_arrival(largest):
+    entries = symbology.of_values("time", "s", largest).entries
+    assert len(entries) == 8
+    assert entries[0].lower == 0
+    assert entries[-2].upper < largest <= entries[-1].upper
+    for each in entries[1:]:
+        assert 1.9 < each.upper / each.lower < 2.6
