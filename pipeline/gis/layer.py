@@ -54,6 +54,11 @@ class Layer:
     largest: float | None = None
 
     @property
+    def is_of_time(self) -> bool:
+        """Whether it is missing where nothing arrives, which is known."""
+        return "time" in (self.kind, self.quantity)
+
+    @property
     def in_doubt(self) -> xr.DataArray | None:
         """Where the error exceeds the number; None without an error."""
         if ERROR not in self.values:

@@ -50,7 +50,7 @@ def fill(
     """Colour one panel; what is the ``same`` as on another one is pale."""
     style = layer.style
     if layer.kind == "difference":
-        _differences(panel, x, y, values, style, alpha)
+        _differences(panel, x, y, values, layer, alpha)
         return
     if style.discrete or same is not None:
         parts = [(np.ones(values.shape, bool), alpha)]
@@ -67,12 +67,13 @@ def fill(
     panel.contourf(x, y, given, levels=edges, colors=colours, alpha=alpha)
     if given.count() and given.max() > edges[0] > given.min():
         panel.contour(x, y, given, levels=edges[:-1], colors="k", linewidths=0.3)
-    if layer.kind != "time" and np.ma.is_masked(given):
+    if not layer.is_of_time and np.ma.is_masked(given):
         _unknown(panel, x, y, np.ma.getmaskarray(given), alpha)
 
 
-def _differences(panel: Axes, x: Array, y: Array, values: Array, style: Style, alpha: float) -> None:
+def _differences(panel: Axes, x: Array, y: Array, values: Array, layer: Layer, alpha: float) -> None:
     """Colour more and less cell by cell; what differs by less than the least class stays free."""
+    style = layer.style
     edges = np.array(style.edges)
     least = float(np.abs(edges[edges != 0]).min())
     # of an odd number of classes the middle one is of no difference
@@ -88,7 +89,7 @@ def _differences(panel: Axes, x: Array, y: Array, values: Array, style: Style, a
         rasterized=True,
         alpha=alpha,
     )
-    if np.isnan(values).any():
+    if np.isnan(values).any() and not layer.is_of_time:
         _unknown(panel, x, y, np.isnan(values), alpha)
 
 

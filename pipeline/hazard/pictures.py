@@ -13,7 +13,7 @@ from matplotlib.patches import Patch
 
 from pipeline.assess.georeference import Frame
 from pipeline.assess.plots import CHARACTERS_PER_INCH
-from pipeline.gis.layer import ERROR, Layer
+from pipeline.gis.layer import BANDS, ERROR, Layer
 from pipeline.gis.symbology import UNKNOWN_COLOUR, UNKNOWN_WORDS
 from pipeline.hazard import intensity
 from pipeline.hazard.map_colours import fill, hatch, same_class
@@ -79,7 +79,9 @@ def draw(layer: Layer, found: xr.Dataset, frame: Frame | None, path: Path) -> Pa
         names += mark_places(panel, frame, found, named=bound == "")
         if len(shown) > 1:
             note = f", {IN_DOUBT}" if bound == "" and ERROR in shown else ""
-            panel.set_title(PANEL_TITLES[bound] + note, fontsize="medium", loc="left", pad=3)
+            # of differences no part is pale
+            words = BANDS[bound] if layer.kind == "difference" else PANEL_TITLES[bound]
+            panel.set_title(words + note, fontsize="medium", loc="left", pad=3)
     scale_bar(panels[0], frame, width)
     _explain(panels[0], layer)
     for panel in panels if wide else panels[:2]:
@@ -126,7 +128,7 @@ def _explain(panel: Axes, layer: Layer) -> None:
         for each in reversed(style.entries)
     ]
     unknown = [
-        values == intensity.UNKNOWN if style.discrete else values.isnull() & (layer.kind != "time")
+        values == intensity.UNKNOWN if style.discrete else values.isnull() & (not layer.is_of_time)
         for values in layer.values.values()
     ]
     if any(bool(each.any()) for each in unknown):

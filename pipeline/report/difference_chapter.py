@@ -103,8 +103,13 @@ def _share(row: Mapping[Hashable, Any], end: str) -> str:
 
 
 def _receptors(table: pd.DataFrame, first: str, second: str) -> Table:
+    """Table what reaches receptors, those left out that nothing reaches."""
+    chances = table[table["quantity"] == "probability"].set_index("receptor")
+    reached = ((chances["first_upper"] > 0) | (chances["second_upper"] > 0)).to_dict()
     rows = []
     for row in table.to_dict("records"):
+        if not reached[row["receptor"]]:
+            continue
         unit = written(str(row["units"]).replace("year-1", "a year"))
         quantity = str(row["quantity"]).replace("_", " ")
         rows.append(

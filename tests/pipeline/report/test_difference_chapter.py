@@ -44,8 +44,10 @@ def test_findings_say_how_what_reaches_receptors_changes(compared):
 def test_the_table_has_the_differences_with_their_bounds(compared):
     (table,) = of_difference(*compared).tables
     assert table.head == ["receptor", "quantity", "heap", "rough", "difference"]
-    assert len(table.rows) == len(compared[1])
-    for row, known in zip(table.rows, compared[1].to_dict("records"), strict=True):
+    # what nothing reaches is left out
+    reached = compared[1][compared[1]["receptor"] != "never"]
+    assert len(reached) == len(compared[1]) * 2 // 3
+    for row, known in zip(table.rows, reached.to_dict("records"), strict=True):
         number = float(row[4].split()[0].replace(",", ""))
         assert number == pytest.approx(known["difference"], rel=0.06, abs=1e-3)
 
