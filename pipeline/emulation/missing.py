@@ -11,7 +11,7 @@ from pipeline.emulation.sampled import Sampled
 from pipeline.emulation.scenario_quantiles import Quantity
 from pipeline.emulation.thresholds import Threshold
 from pipeline.store.variables import STATUS, Status
-from solver.emulator.hull import inside
+from solver.emulator.extrapolation import inside
 from solver.emulator.levels import Predictor
 
 SHOWN = "runout_distance"

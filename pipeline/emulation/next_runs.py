@@ -9,7 +9,7 @@ from pipeline.emulation.errors import NotEmulatedError
 from pipeline.emulation.places import COLUMNS
 from pipeline.emulation.sampled import Sampled
 from pipeline.emulation.thresholds import SIZES, exceedance_of, limit_of
-from pipeline.hazard.mapping import QUANTITIES, Quantity
+from pipeline.hazard.quantities import QUANTITIES, Quantity
 from pipeline.hints import meant
 from pipeline.scenario.design import ChosenRuns
 from pipeline.settings.settings import Settings

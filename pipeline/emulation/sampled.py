@@ -25,9 +25,8 @@ from pipeline.store.place import LEVEL, chosen_paths, store_path
 from pipeline.store.storage import Location, is_made
 from pipeline.store.zarr_store import open_store
 from solver.emulator import support
-from solver.emulator.extrapolation import Beyond, beyond
+from solver.emulator.extrapolation import Beyond, beyond, inside
 from solver.emulator.fields import FieldLevel
-from solver.emulator.hull import inside
 from solver.emulator.latent import WET
 from solver.emulator.levels import Draws
 

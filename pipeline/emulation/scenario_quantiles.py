@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pipeline.assess.tables import SHARES, behind, tabled, values
 from pipeline.emulation.sampled import Sampled
 from solver.emulator import support
-from solver.emulator.hull import inside
+from solver.emulator.extrapolation import inside
 from solver.emulator.levels import Draws
 from solver.emulator.scalars import Scalar, fit_scalar, quantiles
 from solver.emulator.support import Verdict

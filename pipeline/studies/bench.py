@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
-from pipeline.studies.kernel_table import TABLES
+from pipeline.studies.kernels.table import TABLES
 from pipeline.studies.ladders import FULL, QUICK, Plan, Row, climb, cost_at, ending, skipping
 from solver.warmup import compile_kernels
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt, maximum_filter
+from scipy.optimize import linprog
 from scipy.special import ndtr
 
 from solver.emulator.levels import Draws, Levels, Predictor
@@ -139,4 +140,30 @@ def _nearest(places: Array, known: Array) -> Array:
             np.sqrt(((places[i : i + 1000, None] - known) ** 2).sum(axis=2)).min(axis=1)
             for i in range(0, len(places), 1000)
         ]
+    )
+
+
+def inside(places: Array, known: Array) -> NDArray[np.bool_]:
+    """Whether places lie in the convex hull of known ones.
+
+    Parameters
+    ----------
+    places : array, shape (m, inputs)
+        What is asked about.
+    known : array, shape (n, inputs)
+        What the hull is of.
+
+    Returns
+    -------
+    array of bool, shape (m,)
+    """
+    # a mean of the known places with weights of at least 0 that is the place
+    rows = np.concatenate([known.T, np.ones((1, len(known)))])
+    cost = np.zeros(len(known))
+    return np.array(
+        [
+            linprog(cost, A_eq=rows, b_eq=np.append(place, 1.0), method="highs").status == 0
+            for place in places
+        ],
+        dtype=bool,
     )

@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 from pipeline.cli.app import app
 from pipeline.studies import bench
-from pipeline.studies.kernel_table import TABLES
+from pipeline.studies.kernels.table import TABLES
 from pipeline.studies.ladders import Ladder, Plan, cost_at
 from solver.points.cloud import random_points
 from solver.points.lattice import Lattice

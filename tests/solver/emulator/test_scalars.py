@@ -4,7 +4,7 @@ from known_maps import places
 from scipy import stats
 
 from solver.emulator import support
-from solver.emulator.hull import inside
+from solver.emulator.extrapolation import inside
 from solver.emulator.levels import draws
 from solver.emulator.scalars import fit_scalar, quantiles
 

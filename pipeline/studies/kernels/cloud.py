@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.studies.lattice_kernels import timed
+from pipeline.studies.kernels.lattice import timed
 from solver.arrays import Array, Numbers
 from solver.cloud.fluxes import fluxes_through
 from solver.cloud.reconstruction import slopes_at

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
-from pipeline.studies.cloud_kernels import cloud_costs
-from pipeline.studies.lattice_kernels import kernel_costs
+from pipeline.studies.kernels.cloud import cloud_costs
+from pipeline.studies.kernels.lattice import kernel_costs
 
 
 class Table(NamedTuple):

@@ -1,0 +1,1 @@
+"""What the kernels of a stage cost, each alone."""
