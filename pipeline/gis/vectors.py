@@ -196,7 +196,14 @@ def _polygons(rings: Sequence[Sequence[Array]]) -> MultiPolygon:
     """Make one valid shape of polygons, each with its outer ring first."""
     import shapely
 
-    whole = shapely.make_valid(shapely.MultiPolygon([shapely.Polygon(one[0], one[1:]) for one in rings]))
+    polygons = [shapely.Polygon(one[0], one[1:]) for one in rings]
+    try:
+        whole = shapely.make_valid(shapely.MultiPolygon(polygons))
+    except shapely.errors.GEOSException:
+        # one of them has no area, and cannot be made valid together with others
+        valid = [shapely.make_valid(each) for each in polygons if each.area > 0]
+        flat = [part for part in shapely.get_parts(valid) if part.geom_type == "Polygon"]
+        whole = shapely.union_all(flat)
     parts = [part for part in shapely.get_parts(whole, return_index=False) if part.geom_type == "Polygon"]
     return shapely.MultiPolygon(parts)
 

@@ -66,8 +66,8 @@ def test_the_table_has_a_row_a_run(place):
     assert table["run"].tolist() == [
         "irregular: transition linear",
         "irregular: transition quadratic",
-        "regular: volume 1 m3",
-        "regular: volume 2 m3",
+        "regular: volume 1 m³",
+        "regular: volume 2 m³",
     ]
     assert (table["time"] == 0.1).all()
     assert table["volume_error"].abs().max() < 1e-6
