@@ -146,8 +146,8 @@ def run(
     from pipeline.api import next_runs
     from pipeline.batch.driver import changed, complete
     from pipeline.batch.limits import Limits
+    from pipeline.emulation.chosen import chosen_before
     from pipeline.results import Results
-    from pipeline.runs.chosen import chosen_before
     from pipeline.runs.domain_search import on_known_domain
     from pipeline.store.place import WHOLE, held, held_in_part, store_path
     from pipeline.store.provenance import identity

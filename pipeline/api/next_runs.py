@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pipeline.emulation.chosen import with_chosen
 from pipeline.emulation.errors import NotEmulatedError
 from pipeline.emulation.next_runs import Target, chosen_runs, known_of, target_of
 from pipeline.emulation.sampled import sampled
 from pipeline.errors import OptionError
-from pipeline.runs.chosen import with_chosen
 from pipeline.store import zarr_store
 from pipeline.store.place import LEVEL, chosen_number, chosen_paths, store_path
 from pipeline.store.storage import is_made

@@ -179,7 +179,7 @@ def calibrations(wide: Truth) -> Iterator[dict[str, object]]:
                 ends = [found.quantiles(draws.at[:, j], (0.05, 0.95)) for j in range(inputs.shape[1])]
                 row: dict[str, object] = {"what": f"outline known to {error:g} m"}
                 for name, (first, last), known in zip(runs.inputs.by_key, ends, inputs[truth], strict=True):
-                    row[name.rpartition(".")[2]] = float(first <= known <= last)
+                    row[f"holds_{name.rpartition('.')[2]}"] = float(first <= known <= last)
                 yield row | {"effective_draws": found.effective}
 
 
