@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -79,6 +80,8 @@ _ON_MAP = frozenset(
 # what rasters hold where they hold nothing
 NO_DATA = frozenset((-9999.0, -99999.0, -999999.0, -32768.0, -32767.0, 9999.0, 99999.0, 999999.0))
 LARGEST = 1e6
+# what elevations are counted from, behind their unit: "m a.s.l.", "m ü. M.", "m NHN"
+_ABOVE_SEA = re.compile(r"\s*(a ?s ?l|a ?m ?s ?l|above (mean )?sea level|ü ?m|ü ?nn|(ü ?)?nhn|nn|s ?n ?m|s ?l ?m)$")
 # no bed of loose material is steeper, degrees
 STEEP = 60.0
 
@@ -115,7 +118,7 @@ def read(path: Path) -> ElevationTable:
     """
     headings, rows = text_table.split(path, text_table.read_text(path, WANTED))
     at = _columns(path, headings)
-    factors = [METRES[headings[i].unit] for i in at]
+    factors = [METRES[_unit(headings[i])] for i in at]
     numbers: list[tuple[float, float]] = []
     mistakes: list[Mistake] = []
     for row in rows:
@@ -149,10 +152,15 @@ def _columns(path: Path, headings: Sequence[Heading]) -> tuple[int, int]:
         message = f"expected the headings distance and elevation, found {shown}{again}"
         raise BadInput([Mistake(str(path), 1, 1, "", message)])
     for (i,) in found:
-        if headings[i].unit not in METRES:
+        if _unit(headings[i]) not in METRES:
             message = f"expected m, km or ft as the unit of a heading, found {headings[i].text}"
             raise BadInput([Mistake(str(path), 1, 1, "", message)])
     return found[0][0], found[1][0]
+
+
+def _unit(heading: Heading) -> str:
+    """Give the unit of a heading without what elevations are counted from."""
+    return _ABOVE_SEA.sub("", heading.unit)
 
 
 def _numbers(

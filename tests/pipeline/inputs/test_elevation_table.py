@@ -38,6 +38,11 @@ def refused(tmp_path, text):
         "Easting,Northing,Distance,Elevation\n2600000,1200000,0,90\n2600060,1200080,100,50\n",
         "distance (km),elevation\n0,90\n0.1,50\n",
         "Station/m,Höhe/m\n0,90\n100,50\n",
+        "Distance (m),Elevation (m a.s.l.)\n0,90\n100,50\n",
+        "Distance (m),Elevation (masl)\n0,90\n100,50\n",
+        "Distanz [m],Höhe [m ü. M.]\n0,90\n100,50\n",
+        "Distanz [m],Höhe [m ü.NHN]\n0,90\n100,50\n",
+        "distance (km),elevation (km above sea level)\n0,0.09\n0.1,0.05\n",
     ],
 )
 def test_columns_are_found_by_their_headings_and_brought_to_metres(tmp_path, text):
