@@ -81,7 +81,9 @@ _ON_MAP = frozenset(
 NO_DATA = frozenset((-9999.0, -99999.0, -999999.0, -32768.0, -32767.0, 9999.0, 99999.0, 999999.0))
 LARGEST = 1e6
 # what elevations are counted from, behind their unit: "m a.s.l.", "m ü. M.", "m NHN"
-_ABOVE_SEA = re.compile(r"\s*(a ?s ?l|a ?m ?s ?l|above (mean )?sea level|ü ?m|ü ?nn|(ü ?)?nhn|nn|s ?n ?m|s ?l ?m)$")
+_ABOVE_SEA = re.compile(
+    r"\s*(a ?s ?l|a ?m ?s ?l|above (mean )?sea level|ü ?m|ü ?nn|(ü ?)?nhn|nn|s ?n ?m|s ?l ?m)$"
+)
 # no bed of loose material is steeper, degrees
 STEEP = 60.0
 

@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Kind = Literal["point", "line", "polygon"]
+# beyond it a coordinate is no degree
+MOST_DEGREES = 360.0
 
 
 class OutlineError(ValueError):
@@ -220,6 +222,20 @@ def _brought(corners: Array, system: Any, crs: str, where: str) -> Array:
     return found
 
 
+def _check_degrees(geometry: Any, system: str, where: str) -> None:
+    """Refuse what cannot be degrees in a file whose reference system has degrees."""
+    from rasterio.crs import CRS
+
+    if geometry is None or geometry.is_empty or max(map(abs, geometry.bounds)) <= MOST_DEGREES:
+        return
+    if CRS.from_user_input(system).is_geographic:
+        x, y, *_ = geometry.bounds
+        raise OutlineError(
+            f"expected degrees, as in {system}, which GeoJSON is in where it says nothing else, found "
+            f"{where} at {x:.12g}, {y:.12g}; export it with its reference system, or as GeoPackage"
+        )
+
+
 def _check_simple(geometry: Any, where: str) -> None:
     import shapely
 
@@ -257,7 +273,9 @@ def _features(
         given = values.get("name") or values.get("Name") or values.get("NAME")
         name = str(given) if given else f"{number + 1}"
         where = f"feature {number + 1} ('{name}')" if given else f"feature {number + 1}"
-        features.append((geometry, name, f"{where} of {path.name}", values))
+        where = f"{where} of {path.name}"
+        _check_degrees(geometry, meta["crs"], where)
+        features.append((geometry, name, where, values))
     return meta["crs"], features
 
 

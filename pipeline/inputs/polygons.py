@@ -15,10 +15,10 @@ def crossing(corners: Sequence[tuple[float, float]]) -> str:
     """Say why corners are no simple polygon; "" if they are one."""
     import shapely
 
+    if not shapely.MultiPoint(corners).convex_hull.area > 0:
+        return "one of no area"
     polygon = shapely.Polygon(corners)
-    if not polygon.is_valid:
-        return str(shapely.is_valid_reason(polygon))
-    return "" if polygon.area > 0 else "one of no area"
+    return "" if polygon.is_valid else str(shapely.is_valid_reason(polygon))
 
 
 def reaches(polygons: Sequence[Sequence[Ring]], x: tuple[float, float], y: tuple[float, float]) -> bool:

@@ -7,7 +7,6 @@ from functools import lru_cache
 from math import isfinite
 from typing import Any
 
-from pipeline.inputs.elevation_raster import RasterExtent
 from pipeline.settings.hazard import Georeference
 
 # degrees beyond the area that a reference system is made for
@@ -40,22 +39,30 @@ def doubt(georeference: Georeference) -> tuple[str, str] | None:
     return None
 
 
-def elsewhere(extent: RasterExtent) -> str | None:
-    """Say that the middle of an elevation model lies where its reference system is not used, if it does."""
+def elsewhere(crs: str, x: float, y: float) -> str | None:
+    """Say where a place lies, if its reference system is not used there."""
     import pyproj
 
-    system = pyproj.CRS.from_user_input(extent.crs)
+    system = pyproj.CRS.from_user_input(crs)
     area = system.area_of_use
     if area is None:
         return None
     to_degrees = pyproj.Transformer.from_crs(system, "EPSG:4326", always_xy=True)
-    lon, lat = to_degrees.transform(sum(extent.x) / 2, sum(extent.y) / 2)
+    lon, lat = to_degrees.transform(x, y)
     where = "at no place on Earth"
     if isfinite(lon) and isfinite(lat):
         if area.west - FAR <= lon <= area.east + FAR and area.south - FAR <= lat <= area.north + FAR:
             return None
         where = f"at longitude {lon:.1f} and latitude {lat:.1f}"
-    return f"its middle lies {where}, but {extent.crs} is used in {area.name.rstrip('.')}: check the system"
+    return f"{where}, but {crs} is used in {area.name.rstrip('.')}: check the system"
+
+
+def same(one: str, other: str) -> bool:
+    """Whether two reference systems, by code or WKT, are the same one but for the order of axes."""
+    import pyproj
+
+    first, second = (pyproj.CRS.from_user_input(each) for each in (one, other))
+    return bool(first.equals(second, ignore_axis_order=True))
 
 
 def cf_attributes(crs: str) -> dict[str, Any]:

@@ -32,7 +32,7 @@ from pipeline.settings.points import FilePoints
 from pipeline.settings.sample import power_of_two
 from pipeline.settings.section import Pair
 from pipeline.settings.settings import OF_POLYGONS, Settings
-from pipeline.settings.structures import PLACE
+from pipeline.settings.structures import PLACE, place_of
 from solver.physics.elevation import ElevationModel
 from solver.physics.terrain import SlopeProfile
 from solver.release.shapes import Release
@@ -41,6 +41,9 @@ T = TypeVar("T")
 # angles of friction, and what is rather a coefficient than an angle, degrees
 FRICTION_ANGLES = ("bed_friction", "internal_friction")
 LEAST_ANGLE = 1.0
+# of the length of a table
+LARGE_SMOOTHING = 0.25
+SIMPLE = "expected corners of a simple polygon"
 
 FOR_RECEPTORS = ("max_depth", "max_speed", "arrival_time")
 FOR_MAPS = frozenset(("max_depth", "max_speed", "max_momentum_flux"))
@@ -128,7 +131,7 @@ class _Judge:
     def problems(self, settings: Settings) -> list[Problem]:
         """List what is wrong with the settings of one run, which keep to the schema."""
         problems = self._table(settings) + self._points(settings) + self._hydrographs(settings)
-        problems += _zones(settings)
+        problems += _zones(settings) + _crossing_structures(settings)
         for name in FRICTION_ANGLES:
             angle = getattr(settings.material, name)
             if angle is not None and 0 < angle < LEAST_ANGLE:
@@ -225,8 +228,8 @@ class _Judge:
             if part >= 1:
                 (x0, x1), (y0, y1) = settings.domain.x, settings.domain.y
                 found = (
-                    f"expected a release inside the domain, x [{x0:g}, {x1:g}] and y [{y0:g}, {y1:g}], "
-                    "found one wholly outside it"
+                    f"expected a release inside the domain, x [{x0:.12g}, {x1:.12g}] and y [{y0:.12g}, "
+                    f"{y1:.12g}], found one wholly outside it"
                 )
                 problems.append(Problem(path, found, related=(path, ("domain",))))
             elif part > 0:
@@ -265,15 +268,18 @@ class _Judge:
         if isinstance(settings.receptors, str):
             receptors = self.map_files.receptors(settings)
             problems += [receptors] if isinstance(receptors, Problem) else []
+        for i, receptor in enumerate(() if self.map_files.from_file else settings.places):
+            if receptor.polygon is not None and (why := crossing(receptor.polygon)):
+                problems.append(Problem(("receptors", i, "polygon"), f"{SIMPLE}, found {why}"))
         listed = settings.places if domain is not None and not self.map_files.from_file else ()
         for i, receptor in enumerate(listed):
             assert domain is not None
             part = part_inside(receptor, domain)
             path: Path = ("receptors", i)
-            bounds = "x [{:g}, {:g}] and y [{:g}, {:g}]".format(*domain.x, *domain.y)
+            bounds = "x [{:.12g}, {:.12g}] and y [{:.12g}, {:.12g}]".format(*domain.x, *domain.y)
             if part == 0:
                 x, y = receptor.corners[0]
-                found = f"expected places in the domain, {bounds}, found [{x:g}, {y:g}]"
+                found = f"expected places in the domain, {bounds}, found [{x:.12g}, {y:.12g}]"
                 problems.append(Problem(path, found))
             elif part < 1:
                 self.cut[path] = f"sticks out of the domain, {bounds}; the part inside counts"
@@ -320,6 +326,9 @@ class _Judge:
             for doubt in table.doubts
         ]
         files += self.map_files.doubts.items()
+        ground = settings.georeference
+        if ground is not None and (strange := reference_system.elsewhere(ground.crs, *ground.origin)):
+            files.append((("georeference", "origin"), f"it lies {strange}"))
         late = [
             (path, f"{100 * share:.2g} % of the volume come in after the end of the run, and are left out")
             for path, share in self.late.items()
@@ -378,10 +387,21 @@ class _Judge:
         if isinstance(table, list):
             return table
         self.tables[name] = table
+        self._note_smoothing(settings, table)
         length = _length(settings.terrain, table)
         if settings.domain is not None and (settings.domain.x[0] < 0 or settings.domain.x[1] > length):
             self.short[path] = length
         return []
+
+    def _note_smoothing(self, settings: Settings, table: ElevationTable) -> None:
+        """Remember a smoothing that leaves little of the shape of a table."""
+        smoothing = float(getattr(settings.terrain, "smoothing"))  # noqa: B009
+        covered = float(table.distances[-1] - table.distances[0])
+        if smoothing > LARGE_SMOOTHING * covered:
+            self.unusual["terrain", "smoothing"] = (
+                f"{smoothing:g} m round off the shape of a table of {covered:g} m; a few distances between "
+                f"its points, {np.diff(table.distances).mean():.3g} m in the mean, are usual"
+            )
 
     def _read(self, name: str, path: Path, read: Callable[[FilePath], T]) -> T | list[Problem]:
         """Read a file, once, or list what keeps it from being read; mistakes in it are noted once."""
@@ -408,7 +428,7 @@ def _erodible(settings: Settings, extent: tuple[Pair, Pair]) -> list[Problem]:
         return []
     (x0, x1), (y0, y1) = settings.bounds.x, settings.bounds.y
     found = (
-        f"expected an erodible bed inside the domain, x [{x0:g}, {x1:g}] and y [{y0:g}, {y1:g}], "
+        f"expected an erodible bed inside the domain, x [{x0:.12g}, {x1:.12g}] and y [{y0:.12g}, {y1:.12g}], "
         "found a region outside it"
     )
     path: Path = ("erodible_bed", "region")
@@ -432,11 +452,21 @@ def _zones(settings: Settings) -> list[Problem]:
         if not isinstance(zone.polygon, tuple):
             continue
         if why := crossing(zone.polygon):
-            found.append(Problem(path, f"expected corners of a simple polygon, found {why}"))
+            found.append(Problem(path, f"{SIMPLE}, found {why}"))
         elif domain is not None and not reaches(
             [[solver_objects.counter_clockwise(np.array(zone.polygon))]], domain.x, domain.y
         ):
             found.append(Problem(path, OUTSIDE, related=(path, ("domain",))))
+    return found
+
+
+def _crossing_structures(settings: Settings) -> list[Problem]:
+    """List the basins and buildings whose corners are no simple polygon."""
+    found = []
+    for i, structure in enumerate(settings.structures):
+        name, place = place_of(structure)
+        if name == "polygon" and not isinstance(place, str) and (why := crossing(place)):
+            found.append(Problem(("structures", i, name), f"{SIMPLE}, found {why}"))
     return found
 
 

@@ -13,10 +13,10 @@ from pipeline.inputs.ground import SLIVER, Ground, around, beyond, doubtful, fit
 from pipeline.inputs.map_files import MapFiles
 from pipeline.inputs.outlines import Outline, OutlineError, read_places
 from pipeline.inputs.polygons import reaches
-from pipeline.inputs.reference_system import elsewhere
+from pipeline.inputs.reference_system import elsewhere, same
 from pipeline.mistakes import Problem
 from pipeline.scenario import solver_objects, structures
-from pipeline.scenario.places import near, part_inside
+from pipeline.scenario.places import near, off_the_model, part_inside
 from pipeline.scenario.solver_objects import Outlines
 from pipeline.scenario.strict_yaml import Path
 from pipeline.settings.receptor import Receptor
@@ -72,6 +72,9 @@ class GroundCheck:
         extent = self._files.extent(terrain.elevation, terrain.crs, at)
         if isinstance(extent, Problem):
             return settings, [extent]
+        if terrain.crs is not None and not same(terrain.crs, extent.crs):
+            wanted = f"expected {extent.crs}, the reference system of the file itself, found {terrain.crs}"
+            return settings, [Problem(("terrain", "crs"), f"{wanted}; leave it out ({terrain.elevation})")]
         first = extent if self.held is None else self.held.extent
         if extent.crs != first.crs:
             wanted = f"expected elevation models in one reference system, {first.crs}"
@@ -82,6 +85,8 @@ class GroundCheck:
             if problems:
                 return settings, problems
             try:
+                if problems := off_the_model(settings, read, first):
+                    return settings, problems
                 asked = near(settings, read, first)
             except ValueError as error:
                 return settings, [Problem(("release",), str(error))]
@@ -287,8 +292,9 @@ class GroundCheck:
             return
         # of a domain that is still to be found it is told then
         said = doubtful(raster, domain) if known else []
-        if (strange := elsewhere(extent)) is not None:
-            said.append(strange)
+        middle = sum(extent.x) / 2, sum(extent.y) / 2
+        if (strange := elsewhere(extent.crs, *middle)) is not None:
+            said.append(f"its middle lies {strange}")
         if said:
             self.doubts[terrain] = "; ".join(said)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -10,12 +10,15 @@ from numpy.typing import NDArray
 
 from pipeline.inputs.elevation_raster import RasterExtent
 from pipeline.inputs.ground import clipped
+from pipeline.mistakes import Problem
 from pipeline.scenario import solver_objects, structures
 from pipeline.scenario.solver_objects import Outlines
+from pipeline.scenario.strict_yaml import Path
 from pipeline.settings.hazard import Georeference
 from pipeline.settings.receptor import Receptor
 from pipeline.settings.section import Pair
 from pipeline.settings.settings import Domain, Settings
+from pipeline.settings.structures import place_of
 from pipeline.settings.surface import PolygonsRelease
 from solver.physics.terrain import SlopeProfile
 
@@ -100,6 +103,57 @@ def corners_to_hold(settings: Settings, outlines: Outlines) -> NDArray[np.float6
         if structure.kind != "building":
             corners += [ring for each in structures.parts(structure, outlines) for ring in each.rings]
     return np.concatenate(corners)
+
+
+def off_the_model(settings: Settings, outlines: Outlines, extent: RasterExtent) -> list[Problem]:
+    """List what lies wholly outside an elevation model: releases, inflows, sections and structures.
+
+    Raises
+    ------
+    ValueError
+        If a layer has no polygon of the name asked for.
+    """
+    problems = []
+    covered = "x from {:.12g} to {:.12g} and y from {:.12g} to {:.12g} m".format(*sum(extent.edges, ()))
+    for path, kind, name, file, corners in _places_of(settings, outlines):
+        (x0, y0), (x1, y1) = corners.min(axis=0), corners.max(axis=0)
+        if _meets((x0, x1), (y0, y1), extent):
+            continue
+        found = f"{name} outside, x from {x0:.12g} to {x1:.12g} and y from {y0:.12g} to {y1:.12g} m"
+        fix = ""
+        if _meets((y0, y1), (x0, x1), extent):
+            fix = "; exchange them: eastings come first"
+        elif file:
+            fix = f"; check the reference systems of {file} and of the elevation model, {extent.crs}"
+        message = f"expected {kind} on the elevation model, which covers {covered}, found {found}{fix}"
+        problems.append(Problem(path, message, related=(path,)))
+    return problems
+
+
+def _meets(x: Pair, y: Pair, extent: RasterExtent) -> bool:
+    return all(
+        low <= last and high >= first for (low, high), (first, last) in zip((x, y), extent.edges, strict=True)
+    )
+
+
+def _places_of(settings: Settings, outlines: Outlines) -> Iterator[tuple[Path, str, str, str, Array]]:
+    """List places on an elevation model: path, kind, name, file or "", and all corners, (n, 2), m."""
+    for i, release in enumerate(settings.releases):
+        path: Path = ("release", i) if isinstance(settings.release, tuple) else ("release",)
+        assert isinstance(release, PolygonsRelease)
+        held = solver_objects.chosen(release.name, outlines[release.polygons, release.layer])
+        rings = [ring for outline in held for ring in outline.rings]
+        name = f"'{release.name or held[0].name}' of {release.polygons}"
+        yield path, "a release", name, release.polygons, np.concatenate(rings)
+    for i, inflow in enumerate(settings.inflow):
+        yield ("inflow", i, "section"), "a section", "one", "", np.array(inflow.section, np.float64)
+    for i, section in enumerate(settings.sections):
+        yield ("sections", i, "line"), "a section", "one", "", np.array(section.line, np.float64)
+    for i, structure in enumerate(settings.structures):
+        key, place = place_of(structure)
+        rings = [ring for each in structures.parts(structure, outlines) for ring in each.rings]
+        file = place if isinstance(place, str) else ""
+        yield ("structures", i, key), f"a {structure.kind}", "one", file, np.concatenate(rings)
 
 
 def near(settings: Settings, outlines: Outlines, extent: RasterExtent) -> Domain:

@@ -90,6 +90,8 @@ def _explain(error: ErrorDetails, data: Mapping[str, Any]) -> Problem:
         found = describe(error["input"].get(name))
         return Problem((*path, name), f"expected one of {', '.join(tags)}, found {found}")
     hint = of_number(error["input"]) if type_ in ("float_type", "int_type") else ""
+    if type_ == "string_type" and path[-1:] == ("crs",) and isinstance(error["input"], int):
+        hint = f'. Write "EPSG:{error["input"]}"'
     if type_ in ("too_short", "too_long"):
         found = str(len(error["input"]))
         hint = of_length(error["input"], context.get("max_length", 0))

@@ -73,6 +73,30 @@ SECTIONS = "gravity, terrain, release, inflow, material, erodible_bed, structure
         ),
         pytest.param(
             TIME,
+            "time: {end: 1}\ngeoreference: {crs: 2056, origin: [2600000, 1200000], azimuth: 90}",
+            '9:21: georeference.crs: expected text, found 2056. Write "EPSG:2056"',
+            id="a reference system as a number",
+        ),
+        pytest.param(
+            TIME,
+            "time: {end: 1}\nreceptors: [{name: yard, polygon: [[1, 0], [2, 1], [2, 0], [1, 1]]}]",
+            "9:35: receptors.0.polygon: expected corners of a simple polygon, found Self-intersection[1.5 0.5]",
+            id="a receptor that crosses itself",
+        ),
+        pytest.param(
+            TIME,
+            "time: {end: 1}\nreceptors: [{name: yard, polygon: [[1, 0], [2, 0], [3, 0]]}]",
+            "9:35: receptors.0.polygon: expected corners of a simple polygon, found one of no area",
+            id="a receptor of no area",
+        ),
+        pytest.param(
+            TIME,
+            "time: {end: 1}\nreceptors: [{name: yard, point: [2600123.5, 1200045.25]}]",
+            "9:13: receptors.0: expected places in the domain, x [0, 10] and y [-2, 2], found [2600123.5, 1200045.25]",
+            id="a receptor on the map, its digits kept",
+        ),
+        pytest.param(
+            TIME,
             "time: {end: 1}\nhazard: {intensity: {depth: [1, 0.5]}}",
             "9:29: hazard.intensity.depth: expected ascending numbers, found 1, 0.5",
             id="edges that do not ascend",
@@ -649,3 +673,30 @@ def test_a_coefficient_given_as_an_angle_is_warned_of(tmp_path):
     )
     path.write_text(GOOD.replace("bed_friction: 20", "friction_coefficient: 0.15"))
     assert load([path])[0].warnings == ()
+
+
+def test_a_georeference_where_its_system_is_not_used_is_warned_of(tmp_path):
+    file = tmp_path / "good.yaml"
+    place = "georeference: {crs: EPSG:2056, origin: [%s], azimuth: 90}\n"
+    file.write_text(GOOD + place % "1200000, 2600000")
+    (scenario,) = load([file])
+    (told,) = scenario.warnings
+    assert "9:40: georeference.origin: it lies at longitude" in told
+    assert "but EPSG:2056 is used in Liechtenstein; Switzerland: check the system" in told
+    file.write_text(GOOD + place % "2600000, 1200000")
+    (scenario,) = load([file])
+    assert scenario.warnings == ()
+
+
+def test_a_smoothing_that_leaves_nothing_of_a_table_is_warned_of(tmp_path):
+    (tmp_path / "slope.csv").write_text("distance,elevation\n0,40\n20,20\n60,10\n100,8\n")
+    file = tmp_path / "good.yaml"
+    for smoothing, warned in ((600, True), (26, True), (25, False)):
+        table = f"terrain: {{profile: table, file: slope.csv, smoothing: {smoothing}}}"
+        file.write_text(GOOD.replace(PLANE, table))
+        (scenario,) = load([file])
+        found = [each for each in scenario.warnings if "terrain.smoothing: " in each]
+        assert bool(found) is warned
+        if found:
+            assert f"{smoothing} m round off the shape of a table of 100 m; a few distances" in found[0]
+            assert "33.3 m in the mean" in found[0]

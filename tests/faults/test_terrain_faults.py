@@ -183,3 +183,73 @@ def test_elevation_models_that_are_none(folder):
     assert "expected elevations, found no data alone" in line(folder)
     write_raster(folder / "dem.tif", 100 * ground())
     assert "expected elevations between -500 and 9000 m" in line(folder)
+
+
+# the elevation model reaches 300 m east and 200 m south of WEST, NORTH
+FAR_OFF = "[[2700000, 1300000], [2700000, 1300050]]"
+EXCHANGED = f"[[{NORTH - 100}, {WEST + 50}], [{NORTH - 60}, {WEST + 50}]]"
+SECTION = "\nsections: [{name: bridge, line: %s}]\n"
+DAM = "\nstructures: [{kind: dam, line: %s, height: 2, side_slope: 34, crest_width: 1}]\n"
+BUILDING = "\nstructures: [{kind: building, polygon: %s}]\n"
+
+
+@pytest.mark.parametrize(
+    ("more", "key", "found"),
+    [
+        (SECTION % FAR_OFF, "sections.0.line: expected a section", "x from 2700000 to 2700000"),
+        (SECTION % EXCHANGED, "sections.0.line: expected a section", "exchange them: eastings come first"),
+        (DAM % FAR_OFF, "structures.0.line: expected a dam", "y from 1300000 to 1300050 m"),
+        (
+            BUILDING % FAR_OFF.replace("]]", "], [2700050, 1300050]]"),
+            "structures.0.polygon: expected a building",
+            "found one outside",
+        ),
+    ],
+)
+def test_what_lies_off_an_elevation_model_whose_domain_is_found(folder, more, key, found):
+    with pytest.raises(BadInput) as caught:
+        load([written(folder, TEXT + more, SEARCHED)])
+    (one,) = str(caught.value).splitlines()
+    assert f"{key} on the elevation model, which covers x from {WEST:.12g} to" in one
+    assert found in one
+
+
+def test_a_release_of_another_reference_system_than_it_says(folder):
+    shapes(folder, shapely.box(7.4, 46.9, 7.5, 47.0))
+    with pytest.raises(BadInput) as caught:
+        load([written(folder, TEXT, DEPTH, SEARCHED)])
+    found = str(caught.value)
+    assert "release: expected a release on the elevation model, which covers x from" in found
+    assert "found 'slide' of releases.gpkg outside, x from 7.4 to 7.5 and y from 46.9 to 47 m" in found
+    assert "check the reference systems of releases.gpkg and of the elevation model, EPSG:2056" in found
+
+
+def test_map_coordinates_in_a_file_that_says_degrees(folder):
+    shapes(
+        folder,
+        shapely.box(WEST + 20, NORTH - 120, WEST + 50, NORTH - 80),
+        crs="EPSG:4326",
+        name="releases.geojson",
+    )
+    found = line(folder, DEPTH, ("releases.gpkg", "releases.geojson"))
+    assert "expected degrees, as in EPSG:4326, which GeoJSON is in where it says nothing else" in found
+    assert f"feature 1 ('slide') of releases.geojson at {WEST + 20:.12g}, {NORTH - 120:.12g}" in found
+
+
+def test_a_reference_system_beside_another_one_of_the_file_is_not_passed_over(folder):
+    change = ("elevation: dem.tif", "elevation: dem.tif, crs: EPSG:%s")
+    found = line(folder, (change[0], change[1] % 21781))
+    assert found.startswith("terrain.crs: expected EPSG:2056, the reference system of the file itself")
+    assert "found EPSG:21781; leave it out (dem.tif)" in found
+    assert told(folder, (change[0], change[1] % 2056)) == told(folder)
+
+
+@pytest.mark.parametrize("kind", ["building", "basin"])
+def test_corners_of_a_structure_that_cross(folder, kind):
+    corners = [(60, -100), (90, -70), (90, -100), (60, -70)]
+    written_as = ", ".join(f"[{WEST + x:.12g}, {NORTH + y:.12g}]" for x, y in corners)
+    more = {"building": "", "basin": ", depth: 2, side_slope: 34"}[kind]
+    text = f"\nstructures: [{{kind: {kind}, polygon: [{written_as}]{more}}}]\n"
+    for change in ((), (SEARCHED,)):
+        with pytest.raises(BadInput, match=r"structures\.0\.polygon: expected corners of a simple polygon"):
+            load([written(folder, TEXT + text, *change)])

@@ -34,7 +34,7 @@ def test_what_is_covered_wholly_is_nothing():
     [
         ([(0, 0), (1, 0), (1, 1)], ""),
         ([(0, 0), (1, 0), (0, 1), (1, 1)], "Self-intersection"),
-        ([(0, 0), (1, 0), (2, 0)], "Self-intersection"),
+        ([(0, 0), (1, 0), (2, 0)], "one of no area"),
     ],
 )
 def test_corners_have_to_make_a_simple_polygon(corners, said):
