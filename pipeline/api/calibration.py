@@ -64,8 +64,10 @@ def calibrate(
     ObservationError
         If the observation cannot be compared with the runs.
     OptionError
-        If no threshold is given, by the scenario neither.
+        If no threshold is given, by the scenario neither, or an error of the outline without ``emulate``.
     """
+    if outline_error is not None and not emulate:
+        raise OptionError("outline_error", "expected with --emulate, whose posterior it is for")
     from pipeline.assess.calibration import posterior, score
     from pipeline.assess.observed import read
     from pipeline.assess.tables import write

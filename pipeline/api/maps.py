@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from pipeline.api.emulation import emulated, write_emulated
 from pipeline.api.options import Tell, checked_thresholds, positive, silent, warn_user
 from pipeline.api.places import place_of
+from pipeline.errors import OptionError
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -71,6 +72,7 @@ def hazard_maps(
     """
     from pipeline.assess.ensemble import NotTogetherError
     from pipeline.hazard.map_files import Written, write_maps, write_place
+    from pipeline.hazard.mapping import nowhere
     from pipeline.hazard.netcdf import write
     from pipeline.hazard.place_maps import WHOLE, of_place
 
@@ -86,6 +88,8 @@ def hazard_maps(
         for name, found in of_place(place, thresholds, spacing):
             made[name] = found
             tell(f"{name}: {found.attrs['comment']}")
+            for line in nowhere(found):
+                tell(f"{name}: {line}")
             if to is not None:
                 folder = Path(to) if name == WHOLE else Path(to) / name
                 tell(str(write(found, folder)))
@@ -154,7 +158,7 @@ def compare(
     ValueError
         If the scenarios do not have the same cells, thresholds and events.
     OptionError
-        If a threshold or the spacing is not above 0.
+        If a threshold or the spacing is not above 0, or a scenario is compared with itself.
     OSError
         If something cannot be written.
     """
@@ -165,6 +169,8 @@ def compare(
     thresholds = checked_thresholds(depth=depth, speed=speed, momentum_flux=momentum_flux, pressure=pressure)
     if spacing is not None:
         positive("spacing", [spacing])
+    if other is None and scenarios[0] == scenarios[1]:
+        raise OptionError("scenarios", f"expected two scenarios, found '{scenarios[0]}' twice")
     places = place_of(out), place_of(out if other is None else other)
     found, table = differences.compare(places, scenarios, thresholds, spacing)
     tell(f"{found.attrs['title']}: {found.attrs['comment']}")

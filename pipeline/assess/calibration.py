@@ -163,7 +163,12 @@ def posterior(store: xr.Dataset, scores: pd.DataFrame, accepted: float) -> pd.Da
     weight = weights(store)
     likelihood = weight[runs] * best["critical_success_index"].to_numpy()
     if not likelihood.sum():
-        raise ObservationError(f"{store.attrs['title']}: no run overlaps the observed deposit")
+        misfit = known["runout_misfit"].dropna()
+        why = "no run has a deposit above the threshold"
+        if len(misfit):
+            reach = f"{misfit.min():.4g} to {misfit.max():.4g} m from its own"
+            why = f"their toes lie {reach}, positive beyond it; check where it lies, and the friction"
+        raise ObservationError(f"{store.attrs['title']}: no run overlaps the observed deposit: {why}")
     rows = []
     for name, held in varied(store).items():
         if held.dtype.kind not in "fiu":

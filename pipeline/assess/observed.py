@@ -16,6 +16,7 @@ from pipeline.assess.frames import mean_spacing, on_surface
 from pipeline.assess.georeference import Frame, MapAxes
 from pipeline.assess.receptors import Cells
 from pipeline.inputs import text_table
+from pipeline.inputs.polygons import crossing
 from pipeline.scenario.scenario import stored
 
 Array = NDArray[np.float64]
@@ -242,6 +243,9 @@ def _on_bed(path: Path, store: xr.Dataset, cells: Cells, threshold: float) -> Ob
     else:
         if len(places) < 3:
             raise ObservationError(f"{path}: expected 3 or more corners of an outline, found {len(places)}")
+        if why := crossing(list(map(tuple, places))):
+            wanted = "expected the corners of an outline in turn around the deposit"
+            raise ObservationError(f"{path}: {wanted}, found {why}")
         depth, covered = None, Outline(np.vstack([places, places[:1]])).contains_points(cells.points)
         whole, inside = _area(places), _area(_clipped(places, low, high))
         share = 1 - inside / whole if whole > 0 else 0.0
@@ -279,7 +283,10 @@ def _table(path: Path) -> pd.DataFrame:
         else:
             if (found := text_table.obstacle(path)) is not None:
                 raise ValueError(f"found {found}")
-            table = pd.read_csv(path)
+            try:
+                table = pd.read_csv(path)
+            except pd.errors.ParserError:
+                raise ValueError("found lines of another number of values") from None
         names = [name for name in ("x", "y", "depth") if name in table]
         if names[:2] != ["x", "y"]:
             raise KeyError("x and y")

@@ -15,7 +15,7 @@ from rich.console import Console
 
 from pipeline.batch.checkpoints import EVERY_SECONDS, Checkpoints
 from pipeline.batch.compilation import compile_once, cores, head_start
-from pipeline.batch.failures import AGAIN, Failed, failed, listed, told_again, unfinished
+from pipeline.batch.failures import AGAIN, Failed, failed, listed, told_again, unfinished, without_runout
 from pipeline.batch.forked_pool import ForkedPool, can_fork, forked_pool
 from pipeline.batch.interrupts import heard
 from pipeline.batch.limits import UNLIMITED, Limits
@@ -168,11 +168,12 @@ def complete(
     for name, rows in whole.groupby("scenario", sort=False):
         told = rows["warning"]
         if note := profile_ends.note(profile_ends.count(told)) + surface_summary.note(told):
-            console.print(f"{name}: {len(rows):,} runs{note}", highlight=False)
+            console.print(f"{name}: {len(rows):,} run{'s' * (len(rows) > 1)}{note}", highlight=False)
     counts: Counter[Status] = Counter()
     for scenario in scenarios:
         found = Counter(map(Status, zarr_store.statuses(store_path(out, scenario.name)).tolist()))
-        for line in unfinished(scenario, found):
+        rows = whole[whole["scenario"] == scenario.name]
+        for line in (*unfinished(scenario, found), *without_runout(scenario, rows)):
             console.print(line, highlight=False, soft_wrap=True)
         counts += found
     return Outcome(ending, counts, whole)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,6 +16,9 @@ from pipeline.store.place import store_name, store_path
 from pipeline.store.storage import Location
 from pipeline.store.variables import Status
 from pipeline.store.zarr_store import values_of_runs
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 MOST_LISTED = 20
 AGAIN = "run again with --retry-failed to repeat them"
@@ -85,6 +88,27 @@ def unfinished(scenario: Scenario, counts: Mapping[Status, int]) -> Iterator[str
         yield (
             f"{scenario.name}: {lost} of {planned} runs lost material {where}; how far they reach is a lower "
             f"bound: make the domain larger, {larger}"
+        )
+
+
+def without_runout(scenario: Scenario, rows: pd.DataFrame) -> Iterator[str]:
+    """Say how many computed runs of a scenario have no run-out, as all of them is below its threshold.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        The scenario.
+    rows : DataFrame
+        Its rows of the table of runs.
+    """
+    threshold = scenario.settings.output.threshold
+    computed = rows[~rows["status"].isin(["failed", "pending"])]
+    none = int(computed["runout_distance"].isna().sum())
+    if threshold is not None and none:
+        yield (
+            f"{scenario.name}: {none} of {len(computed)} computed runs have no run-out, as nothing deeper "
+            f"than output.threshold ({threshold:g} m) lies there at their end: check release, spacing and "
+            "threshold"
         )
 
 

@@ -81,6 +81,23 @@ def map_hazard(runs: xr.Dataset, settings: Hazard) -> xr.Dataset:
     return found.assign_attrs(_attributes(counts(runs), settings, frequency))
 
 
+def nowhere(found: xr.Dataset) -> list[str]:
+    """Say which thresholds no computed run exceeds at any place, a line a quantity."""
+    lines = []
+    for quantity in QUANTITIES:
+        name, dim = f"{quantity.name}_exceedance", f"{quantity.name}_threshold"
+        if name not in found:
+            continue
+        largest = found[name].max([each for each in found[name].dims if each != dim])
+        empty = found[dim].to_numpy()[largest.to_numpy() == 0]
+        if empty.size:
+            above = ", ".join(f"{threshold:g}" for threshold in empty)
+            lines.append(
+                f"no computed run has a {quantity.long_name} above {above} {quantity.units} anywhere"
+            )
+    return lines
+
+
 def _without_buildings(found: xr.Dataset) -> xr.Dataset:
     """Leave out the cells of buildings, of which no flow says what reaches them."""
     if "building" not in found.coords:

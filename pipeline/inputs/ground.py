@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pipeline.inputs import elevation_raster
 from pipeline.inputs.elevation_raster import ElevationRaster, RasterExtent
@@ -23,6 +24,8 @@ STEEP = 60.0
 # of a cell
 SLIVER = 1e-9
 LEAST_CELLS = 4
+# ground above it has no neighbour at exactly 0, m
+HIGH = 50.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,6 +109,12 @@ def doubtful(raster: ElevationRaster, domain: Domain) -> list[str]:
     half = raster.spacing / 2
     inside = np.ix_(*((low - half < at) & (at < high + half) for at, (low, high) in sides))
     said = []
+    filled = _filled(raster.elevation[inside])
+    if filled > 0:
+        said.append(
+            f"{100 * filled:.2g} % of the domain are at exactly 0 m beside ground above {HIGH:g} m: if this "
+            "means no data, declare it in the file (gdal_edit.py -a_nodata 0)"
+        )
     gaps = float(np.isnan(raster.elevation[inside]).mean())
     if gaps > 0:
         said.append(f"{100 * gaps:.2g} % of the domain have no data; what flows there has left")
@@ -115,6 +124,12 @@ def doubtful(raster: ElevationRaster, domain: Domain) -> list[str]:
     if steep > 0:
         said.append(f"{100 * steep:.2g} % of the cells are steeper than {STEEP:g} degrees")
     return said
+
+
+def _filled(elevation: NDArray[np.float64]) -> float:
+    """Share of cells that are at exactly 0 m where no other is low; 0 near the sea."""
+    rest = elevation[(elevation != 0) & np.isfinite(elevation)]
+    return float((elevation == 0).mean()) if rest.size and rest.min() > HIGH else 0.0
 
 
 def _digest(held: tuple[Outline, ...]) -> str:

@@ -15,10 +15,10 @@ from pipeline.settings.generated import Generated
 from pipeline.settings.inflow import HydrographFile
 from pipeline.settings.physics import MaterialLaws
 from pipeline.settings.surface import ElevationTerrain, PolygonsRelease
-from solver.inflow.conditions import Inflow, Section
+from solver.inflow.conditions import Inflow, Line, Section
 from solver.inflow.entrance import entrance, largest_depth
 from solver.inflow.hydrograph import Hydrograph, Triangle
-from solver.inflow.placement import place
+from solver.inflow.placement import outside, place
 from solver.physics.earth_pressure import EarthPressure
 from solver.physics.elevation import ElevationModel, Surface
 from solver.physics.erosion import ErodibleBed
@@ -221,6 +221,9 @@ def misplaced(
     assert isinstance(lattice, Lattice)
     friction, _ = laws(settings)
     for i, each in enumerate(inflows(settings, hydrographs)):
+        if off := _off(each.line, lattice):
+            yield "inflow", i, off
+            continue
         try:
             found = entrance(each, lattice, terrain, friction, settings.gravity)
         except ValueError as error:
@@ -229,10 +232,21 @@ def misplaced(
         if buildings is not None and found.placed.meets(buildings):
             yield "inflow", i, "expected a section clear of buildings, found one that meets a building"
     for i, section in enumerate(sections(settings)):
+        if off := _off(section.line, lattice):
+            yield "sections", i, off
+            continue
         try:
             place(section.line, lattice, terrain, settings.gravity)
         except ValueError as error:
             yield "sections", i, str(error)
+
+
+def _off(line: Line, lattice: Lattice) -> str:
+    """Say which corner of a line lies outside a lattice, with all its digits; "" for none."""
+    if (corner := outside(line, lattice)) is None:
+        return ""
+    bounds = "x [{:.12g}, {:.12g}] and y [{:.12g}, {:.12g}]".format(*lattice.extent[0], *lattice.extent[1])
+    return f"expected a section inside the domain, {bounds}, found [{corner[0]:.12g}, {corner[1]:.12g}]"
 
 
 def deepest_inflow(settings: Settings, terrain: Terrain | Surface, hydrographs: Hydrographs) -> float:

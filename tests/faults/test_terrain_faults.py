@@ -253,3 +253,26 @@ def test_corners_of_a_structure_that_cross(folder, kind):
     for change in ((), (SEARCHED,)):
         with pytest.raises(BadInput, match=r"structures\.0\.polygon: expected corners of a simple polygon"):
             load([written(folder, TEXT + text, *change)])
+
+
+def test_ground_at_exactly_0_beside_high_ground_is_warned_of(folder):
+    elevation = ground()
+    elevation[:, 40:44] = 0.0
+    write_raster(folder / "dem.tif", elevation)
+    assert "6.7 % of the domain are at exactly 0 m beside ground above 50 m: if this means no data" in told(
+        folder
+    )
+    write_raster(folder / "dem.tif", ground())
+    assert "exactly 0 m" not in told(folder)
+    # near the sea 0 is an elevation
+    elevation = ground() - ground().min()
+    write_raster(folder / "dem.tif", elevation)
+    assert "exactly 0 m" not in told(folder)
+
+
+def test_a_section_outside_a_given_domain_keeps_its_digits(folder):
+    text = TEXT + SECTION % f"[[{WEST + 900}, {NORTH - 50}], [{WEST + 900}, {NORTH - 40}]]"
+    with pytest.raises(BadInput) as caught:
+        load([written(folder, text)])
+    expected = f"x [{WEST:.12g}, {WEST + 300:.12g}] and y [{NORTH - 200:.12g}, {NORTH:.12g}]"
+    assert f"expected a section inside the domain, {expected}, found [2600900, 1200350]" in str(caught.value)

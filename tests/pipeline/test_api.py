@@ -194,6 +194,11 @@ def test_maps_tables_indices_and_the_report_come_from_one_place(out, tmp_path, s
     observed.write_text("x,y\n0.9,-1.1\n3.1,-1.1\n3.1,1.1\n0.9,1.1\n")
     scores = pipeline.calibrate(out / "box.zarr", observed)["scores"]
     assert scores["critical_success_index"].tolist() == [1] * 41
+    with pytest.raises(pipeline.OptionError, match="outline_error: expected with --emulate"):
+        pipeline.calibrate(out / "box.zarr", observed, outline_error=5, to=tmp_path / "none")
+    with pytest.raises(pipeline.OptionError, match="scenarios: expected two scenarios, found 'box' twice"):
+        pipeline.compare(results, ("box", "box"), to=tmp_path / "none")
+    assert not (tmp_path / "none").exists()
     page = pipeline.write_report(results, tmp_path / "page.html")
     assert page.read_text(encoding="utf-8").startswith("<!")
     assert sorted(path.name for path in out.iterdir()) == [".lock", "box.zarr", "runs.log", "summary.csv"]

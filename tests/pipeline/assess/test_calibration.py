@@ -122,6 +122,12 @@ def test_accepted_runs_narrow_the_parameters(made, outline):
         ("x,y,depth\n1,1,2\n2,1,-9999\n", "expected depths of at least 0 m, found -9999 in 1 of 2 places"),
         ("x,y,depth\n1,2,nan\n", "expected finite numbers"),
         ("x,y\n1,a\n", "expected x, y and perhaps depth"),
+        ("x,y\n1,2\n1,2,3,4\n", "in m: found lines of another number of values"),
+        (
+            "x,y\n2,0\n6,4\n6,0\n2,4\n",
+            r"expected the corners of an outline in turn around the deposit, found Self-intersection\[4 2\]",
+        ),
+        ("x,y\n2,0\n6,0\n8,0\n", "found one of no area"),
     ],
 )
 def test_an_observation_that_cannot_be_used_is_told(made, tmp_path, text, message):
@@ -143,3 +149,16 @@ def test_the_deposit_of_a_run_itself_is_met_whatever_film_lies_around_it(made, t
         best = score(made, read(path, made, 0.1), 0.1).iloc[0]
         assert (best["run"], best["critical_success_index"]) == (2, 1)
         assert (best["volume_misfit"], best["depth_rmse"]) == (0, 0)
+
+
+def test_an_observation_that_no_run_reaches_is_told_with_how_far_off_the_toes_are(made, tmp_path):
+    path = tmp_path / "outline.csv"
+    path.write_text("x,y\n8.5,-1\n9.5,-1\n9.5,5\n8.5,5\n")
+    scores = score(made, read(path, made, 0.1), 0.1)
+    with pytest.raises(ObservationError) as caught:
+        posterior(made, scores, 1.0)
+    # the observed toe is at 9 m, those of the runs at 4 to 8 m
+    assert "no run overlaps the observed deposit: their toes lie -5 to -1 m from its own" in str(caught.value)
+    scores = score(made, read(path, made, 0.1), 2.0)
+    with pytest.raises(ObservationError, match="observed deposit: no run has a deposit above the threshold"):
+        posterior(made, scores, 1.0)

@@ -1,5 +1,7 @@
 from functools import partial
 
+import numpy as np
+import pandas as pd
 import pytest
 from batches import run
 from commands import pipeline
@@ -7,7 +9,7 @@ from rich.console import Console
 from stub_solvers import KILLS, RAISES, by_friction
 
 from pipeline.batch.driver import complete
-from pipeline.batch.failures import MOST_LISTED, listed, place
+from pipeline.batch.failures import MOST_LISTED, listed, place, without_runout
 from pipeline.batch.task import Outcome
 from pipeline.scenario.scenario import load
 from pipeline.store.place import held
@@ -40,6 +42,23 @@ def test_failures_are_listed_at_the_end_with_place_and_reason(scenario_file, out
     assert lines[-1] == "1 failed; run again with --retry-failed to repeat them"
     assert lines[-2] == f"{file}:9: box run 1, bed_friction=11.0: failed: ValueError: this run raises"
     assert any("0 running" not in line and "running" in line and "left" in line for line in lines)
+
+
+def test_runs_without_a_run_out_are_told_with_the_threshold(scenario_file):
+    scenario = load([scenario_file(20, more="output: {threshold: 50}\n")])[0]
+    rows = pd.DataFrame(
+        {
+            "status": ["done", "cut_off", "failed", "pending", "done_but_overrun"],
+            "runout_distance": [3.0, np.nan, np.nan, np.nan, np.nan],
+        }
+    )
+    (told,) = without_runout(scenario, rows)
+    assert told.startswith(
+        "box: 2 of 3 computed runs have no run-out, as nothing deeper than output.threshold"
+    )
+    assert "(50 m)" in told
+    assert list(without_runout(scenario, rows[:1])) == []
+    assert list(without_runout(load([scenario_file(20)])[0], rows)) == []
 
 
 def test_a_long_list_is_cut(scenario_file, out):

@@ -17,7 +17,7 @@ from pipeline.assess.probability import BOUNDS, quantiles
 from pipeline.cli.app import app
 from pipeline.hazard.intensity import UNKNOWN
 from pipeline.hazard.layers import layers
-from pipeline.hazard.mapping import map_hazard
+from pipeline.hazard.mapping import map_hazard, nowhere
 from pipeline.hazard.netcdf import FILE, write
 from pipeline.settings.hazard import Hazard, Intensity
 from pipeline.store.variables import Status
@@ -328,7 +328,7 @@ def test_counts_say_what_became_of_runs():
 MEMORY = """
 import dask.array as da, numpy as np, xarray as xr
 from pipeline.assess.ensemble import ensemble
-from pipeline.hazard.mapping import map_hazard
+from pipeline.hazard.mapping import map_hazard, nowhere
 from pipeline.settings.hazard import Hazard
 
 RUNS, PER_CHUNK, SHAPE = 1000, 50, (150, 300)
@@ -369,3 +369,12 @@ def test_what_is_mapped_may_change_without_a_new_run(scenario_file, out, log, sh
     with xr.open_dataset(out / "hazard" / "box" / FILE) as found:
         assert found["depth_threshold"].values.tolist() == [0.4]
         assert found.attrs["density"] == 1800
+
+
+def test_thresholds_that_nothing_exceeds_are_named():
+    depth = [[0.4, 1.5, 0.0], [0.2, 2.5, 0.0]]
+    found = mapped(depth, np.full((2, 3), 3.0), settings=Hazard(depth=(1, 2, 2.6, 9), speed=(1, 2)))
+    assert nowhere(found) == ["no computed run has a largest depth above 2.6, 9 m anywhere"]
+    assert nowhere(mapped(depth, settings=Hazard(depth=(1,), speed=(1,)))) == [
+        "no computed run has a largest speed above 1 m s-1 anywhere"
+    ]
