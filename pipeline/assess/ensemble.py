@@ -90,6 +90,11 @@ def counts(runs: xr.Dataset) -> Counts:
     )
 
 
+def whose(runs: xr.Dataset) -> str:
+    """Say what shares are of: with return periods runs are weighed by the events that they stand for."""
+    return "events" if RETURN_PERIOD.name in runs.variables else "runs"
+
+
 def computed(runs: xr.Dataset) -> xr.DataArray:
     """Whether each run has its values, over ``run``."""
     return _in_state(runs, COMPUTED)

@@ -11,7 +11,7 @@ import pandas as pd
 import xarray as xr
 
 from pipeline.assess import tables
-from pipeline.assess.ensemble import counts
+from pipeline.assess.ensemble import counts, whose
 from pipeline.assess.receptors import reached
 from pipeline.gis.symbology import CLASSES
 from pipeline.report.tables.table import share_in_words, short
@@ -52,7 +52,7 @@ def _receptors(store: xr.Dataset) -> Iterator[str]:
             never.append(name)
             continue
         if periods:
-            yield _by_period(name, periods[name], row)
+            yield by_period(name, periods[name], row)
             continue
         chance = share_in_words(row, "probability")
         text = f"{name}: reached with a probability of {chance}"
@@ -64,21 +64,38 @@ def _receptors(store: xr.Dataset) -> Iterator[str]:
 
 
 def _what(row: dict[str, Any]) -> str:
-    return (
-        f"Where it is reached the flow is {short(row['median_max_depth'])} m deep in the median and "
-        f"{short(row['largest_depth'])} m at most, and up to {short(row['largest_speed'])} m/s fast"
-    )
+    unknown = sum(int(row[f"runs_{each}"]) for each in ("overrun", "cut_off", "failed", "pending"))
+    # what left the domain, still moved or failed may be deeper and faster than all that was computed
+    depth, speed = short(row["largest_depth"]), short(row["largest_speed"])
+    most = f"{depth} m at most, and up to {speed} m/s fast"
+    if unknown:
+        most = f"{depth} m in the deepest computed run, and {speed} m/s fast in the fastest"
+    return f"Where it is reached the flow is {short(row['median_max_depth'])} m deep in the median and {most}"
 
 
-def _by_period(name: str, rows: list[dict[str, Any]], whole: dict[str, Any]) -> str:
-    """Say from what return period on a receptor is reached, and how likely by each."""
+def by_period(name: str, rows: list[dict[str, Any]], whole: dict[str, Any]) -> str:
+    """Say at what return periods a receptor is reached, and how likely by each.
+
+    Parameters
+    ----------
+    name : str
+        Of the receptor.
+    rows : list of dict
+        Its rows of the table of receptors by return period, the shortest first.
+    whole : dict
+        Its row of the table of receptors.
+    """
     chances = ", ".join(f"{share_in_words(row, 'probability')} at {_years(row)}" for row in rows)
-    half = next((row for row in rows if row["probability"] >= 0.5), None)
-    begins = (
-        f"{name}: reached by half of the events or more from a return period of {_years(half)} on"
-        if half
-        else (f"{name}: reached by less than half of the events of each return period")
-    )
+    often = [row["probability"] >= 0.5 for row in rows]
+    first = often.index(True) if any(often) else len(rows)
+    begins = f"{name}: reached by half of the events or more"
+    if not any(often):
+        begins = f"{name}: reached by less than half of the events of each return period"
+    elif all(often[first:]):
+        begins += f" from a return period of {_years(rows[first])} on"
+    else:
+        chosen = [_years(row) for row, enough in zip(rows, often, strict=True) if enough]
+        begins += f" at {', '.join(chosen)} and at no other return period"
     text = f"{begins} (probability {chances})"
     if whole["probability"] > 0:
         text += f", at the earliest after {short(whole['first_arrival_time'])} s. {_what(whole)}"
@@ -114,8 +131,8 @@ def _runout(store: xr.Dataset) -> Iterator[str]:
             yield f"The run-out is {short(middle)} m."
         else:
             yield (
-                f"The run-out is {short(middle)} m in the median; 5 % of the runs stay below {short(low)} m "
-                f"and 5 % go beyond {short(high)} m."
+                f"The run-out is {short(middle)} m in the median; 5 % of the {whose(store)} stay below "
+                f"{short(low)} m and 5 % go beyond {short(high)} m."
             )
     elif np.isfinite(reach.lower[1]):
         yield f"The run-out is above {short(float(reach.lower[1]))} m in the median: too many runs went on."
@@ -140,9 +157,15 @@ def _doubts(store: xr.Dataset) -> Iterator[str]:
     found = counts(store)
     if found.overrun or found.cut_off:
         yield (
-            f"{found.overrun} runs lost material through the sides of the domain and {found.cut_off} still "
+            f"{_runs(found.overrun)} lost material through the sides of the domain and {found.cut_off} still "
             "moved at their end: reach and probabilities are lower bounds of what these may do."
         )
     if found.failed or found.pending:
-        missing = f"{found.failed} runs failed and {found.pending} are not done"
+        missing = (
+            f"{_runs(found.failed)} failed and {_runs(found.pending)} of the plan have not been computed"
+        )
         yield f"{missing}: bounds hold whatever they would give."
+
+
+def _runs(count: int) -> str:
+    return f"{count} run{'s' * (count != 1)}"

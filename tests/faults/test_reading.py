@@ -409,7 +409,7 @@ def test_a_flow_beyond_its_profile_is_told_by_run_table_and_maps(tmp_path):
     result = pipeline("run", tmp_path / "given.yaml", tmp_path / "found.yaml", "--out", out, "--workers", "1")
     assert result.exit_code == 0, result.stderr
     for name in ("given", "found"):
-        assert f"{name}: 1 runs; flow beyond the surveyed profile in 1" in result.stdout
+        assert f"{name}: 1 run; flow beyond the surveyed profile in 1" in result.stdout
     assert "found: flow beyond the profile, which covers x from 0 to" in result.stdout
     table = pd.read_csv(out / "summary.csv")
     assert table["warning"].str.startswith("flow beyond the profile, which covers x from 0 to 174").all()

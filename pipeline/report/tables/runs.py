@@ -11,7 +11,7 @@ import pandas as pd
 import xarray as xr
 
 from pipeline.assess import tables
-from pipeline.assess.ensemble import computed
+from pipeline.assess.ensemble import computed, whose
 from pipeline.assess.probability import in_words
 from pipeline.assess.sections import passed
 from pipeline.readable import number, written
@@ -127,9 +127,9 @@ def quantiles(store: xr.Dataset) -> Table | None:
         bounds = zip(found.lower.tolist(), found.estimate.tolist(), found.upper.tolist(), strict=True)
         title = f"{str(row['quantity']).replace('_', ' ')} ({written(str(row['units']))})"
         rows.append([title, *(in_words(*each, short) for each in bounds)])
-    head = ["quantity", *(f"{100 * share:g} % of runs below" for share in tables.SHARES)]
+    head = ["quantity", *(f"{100 * share:g} % of {whose(store)} below" for share in tables.SHARES)]
     note = "Of all planned runs; above is what runs that left the domain, were cut off or failed leave open."
-    return Table("Quantiles over runs", head, rows, note) if computed(store).any() else None
+    return Table(f"Quantiles over {whose(store)}", head, rows, note) if computed(store).any() else None
 
 
 def failures(store: xr.Dataset) -> Table | None:

@@ -16,7 +16,7 @@ from PIL import Image
 import pipeline
 from pipeline.assess.receptors import reached
 from pipeline.hazard.place_maps import of_place
-from pipeline.report.findings import findings
+from pipeline.report.findings import by_period, findings
 from pipeline.report.section import _along_profile, _along_surface, section
 from pipeline.report.tables.inputs import inputs, method
 from pipeline.report.tables.receptors import sheets
@@ -72,7 +72,8 @@ class TestFindings:
 
     def test_say_how_far_the_flow_goes_and_on_how_much_ground(self, store, found, tmp_path):
         said = "\n".join(findings(store, found, tmp_path / "none.csv"))
-        assert re.search(r"The run-out is [\d.]+ m in the median; 5 % of the runs stay below", said)
+        assert re.search(r"The run-out is [\d.]+ m in the median; 5 % of the events stay below", said)
+        assert "of the runs stay below" not in said
         high = float((found["hazard_level"] == 4).sum()) * 4 / 10_000
         assert f"high on {short(high)} ha" in said
 
@@ -87,8 +88,30 @@ class TestFindings:
     def test_say_what_is_missing(self, store, found, tmp_path):
         states = store["status"].copy(data=[Status.FAILED, Status.CUT_OFF, Status.DONE, Status.DONE])
         said = "\n".join(findings(store.assign(status=states), found, tmp_path / "none.csv"))
-        assert "1 runs failed" in said
+        assert "1 run failed" in said
         assert "1 still moved at their end" in said
+        # what is not known in full may be deeper than all that was computed
+        assert "m in the deepest computed run, and" in said
+        assert "at most" not in said
+        whole = "\n".join(findings(store, found, tmp_path / "none.csv"))
+        assert "m at most, and up to" in whole
+
+    @pytest.mark.parametrize(
+        ("chances", "said"),
+        [
+            ((0.2, 0.5, 0.9), "reached by half of the events or more from a return period of 30 years on"),
+            ((0.6, 0.4, 0.9), "half of the events or more at 10 years, 100 years and at no other return"),
+            ((0.6, 0.4, 0.1), "half of the events or more at 10 years and at no other return period"),
+            ((0.1, 0.4, 0.1), "reached by less than half of the events of each return period"),
+        ],
+    )
+    def test_return_periods_are_named_as_far_as_the_events_reach(self, chances, said):
+        rows = [
+            {"shortest_return_period": years, "return_period": years, "probability": chance}
+            | {"probability_lower": chance, "probability_upper": chance}
+            for years, chance in zip((10.0, 30.0, 100.0), chances, strict=True)
+        ]
+        assert said in by_period("road", rows, {"probability": 0.0})
 
 
 def test_sheets_are_of_the_receptors_that_are_reached(store):
