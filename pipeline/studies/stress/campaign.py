@@ -185,12 +185,18 @@ def same_with_any_workers(rows: list[Row], folder: Path, most: int = 2) -> None:
     from pipeline.store.place import held, store_path
     from pipeline.store.zarr_store import open_store
 
-    chosen = [row for row in rows if row.repeated and row.conservative and row.watched is not None]
-    chosen = [row for row in chosen if row.watched is not None and row.watched.time > 0 and not row.broken]
-    if not chosen:
+    ended = [
+        (row, ending(row.drawn, row.watched.time))
+        for row in rows
+        if row.repeated and row.conservative and row.watched is not None
+        if row.watched.time > 0 and not row.broken
+    ]
+    # one that ends before its hydrograph begins is no scenario
+    ended = [(row, scene) for row, scene in ended if can_be_run(scene)]
+    if not ended:
         return
-    paths = [ending(row.drawn, row.watched.time).write(folder / "repeated") for row in chosen if row.watched]
-    scenarios = load(paths)
+    chosen = [row for row, _ in ended]
+    scenarios = load(scene.write(folder / "repeated") for _, scene in ended)
     digests: list[list[str]] = []
     for count in (1, most):
         out = folder / f"workers-{count}"

@@ -5,14 +5,23 @@ import subprocess
 
 import pytest
 from root import ROOT
+from scipy.stats import binom
 
 from pipeline.studies.stress import pieces, report
-from pipeline.studies.stress.campaign import Row, perform
+from pipeline.studies.stress.campaign import Row, ending, perform, same_with_any_workers
 from pipeline.studies.stress.pieces import Plan, code, filled, in_pieces, seeds_of
 from pipeline.studies.stress.records import record_of, row_of
-from pipeline.studies.stress.scenes import draw
+from pipeline.studies.stress.scenes import can_be_run, draw
+from pipeline.studies.stress.watch import ENDS, Watched
 
 SMALL, OWN_SCENES = 1e5, 40
+# laws that no scene may break
+ALWAYS = {
+    *("values are finite", "depth is not negative", "ledger of volume", "a restart changes nothing"),
+    *("the bed loses what the flow takes up", "no more is taken up than there is", ENDS),
+}
+# share of scenes that break another law, at most: the bound of docs/stability.md
+KNOWN_RATE = 0.02
 
 
 @pytest.fixture
@@ -90,7 +99,23 @@ def own_seed() -> int:
 def test_scenes_that_nobody_has_seen_keep_the_laws():
     seed = own_seed()
     rows = [perform(draw(seed, k), False, SMALL) for k in range(OWN_SCENES)]
-    broken = {row.drawn.name: row.broken for row in rows if row.conservative and row.broken}
+    judged = [row for row in rows if row.conservative and row.watched is not None]
+    assert len(judged) > OWN_SCENES / 2
+    broken = {row.drawn.name: row.broken for row in judged if row.broken}
     how = f"pipeline stress --seed {seed} --scenes {OWN_SCENES} --work {SMALL:g}"
-    assert not broken, f"{broken}; {how} does it again"
-    assert sum(row.watched is not None for row in rows) > OWN_SCENES / 2
+    told = f"{broken}; {how} does it again"
+    assert not any(law in ALWAYS for laws in broken.values() for law in laws), told
+    # the rate of docs/stability.md would hardly ever break so many
+    assert binom.sf(len(broken) - 1, len(judged), KNOWN_RATE) > 1e-3, told
+
+
+def test_a_scene_that_ended_before_its_hydrograph_began_is_not_run_again(tmp_path):
+    drawn = next(
+        each
+        for each in (draw(59145787, k) for k in range(158, 300))
+        if "inflow" in each.data and not can_be_run(ending(each, 1e-6))
+    )
+    row = Row(drawn, Watched(points=1, time=1e-6), repeated=True)
+    same_with_any_workers([row], tmp_path)
+    assert row.repeats == []
+    assert not (tmp_path / "repeated").exists()
