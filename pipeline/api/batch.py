@@ -143,7 +143,6 @@ def run(
 
     from rich.console import Console
 
-    from pipeline.api import next_runs
     from pipeline.batch.driver import changed, complete
     from pipeline.batch.limits import Limits
     from pipeline.emulation.chosen import chosen_before
@@ -155,7 +154,12 @@ def run(
     if workers is not None and workers < 1:
         raise OptionError("workers", f"expected at least 1, found {workers}")
     place, mine = find_place(out), _part(part, overwrite)
-    choice = next_runs.asked(scenarios, place, next, for_)
+    choice = None
+    if next is not None or for_ is not None:
+        # takes as long to load as a short run lasts
+        from pipeline.api import next_runs
+
+        choice = next_runs.asked(scenarios, place, next, for_)
     if choice is not None and mine != WHOLE:
         raise OptionError("next", "expected without --part")
     engine, limits = _engine(scheduler, jobqueue, part, workers), Limits(size_in_bytes(memory_limit))

@@ -11,7 +11,7 @@ import numpy as np
 from pipeline.batch.checkpoints import Checkpoints
 from pipeline.batch.limits import UNLIMITED, Limits, freeze_loaded, keep_freed_memory
 from pipeline.runs import ending, shared_points
-from pipeline.runs.runs import Run
+from pipeline.runs.run import Run
 from pipeline.runs.scene_of_run import compute
 from pipeline.runs.shared_points import SharedPoints
 from pipeline.runs.stored_values import implausible, stored, warned

@@ -15,7 +15,7 @@ from pipeline.errors import BadInput
 from pipeline.readable import number
 
 if TYPE_CHECKING:
-    from pipeline.runs.runs import Run
+    from pipeline.runs.run import Run
 
 # runs that validate lists before it gives the ranges of all
 MOST_LISTED = 10

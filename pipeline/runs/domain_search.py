@@ -16,7 +16,8 @@ from pipeline.inputs.elevation_raster import ElevationRasterError
 from pipeline.inputs.ground import Ground, clipped, fitted
 from pipeline.mistakes import BadInput
 from pipeline.runs.domain_doubts import doubts, of_ground, shared_cells
-from pipeline.runs.runs import Run, expand
+from pipeline.runs.run import Run
+from pipeline.runs.runs import expand
 from pipeline.runs.scene_of_run import build_scene
 from pipeline.runs.shared_points import SharedPoints
 from pipeline.scenario import solver_objects

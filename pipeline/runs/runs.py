@@ -1,12 +1,13 @@
-"""Runs: what one is, a scenario's design expanded, and the points that its runs share."""
+"""Runs: a scenario's design expanded, and the points that its runs share."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, overload
+from dataclasses import replace
+from typing import overload
 
 from pipeline.mistakes import BadInput
+from pipeline.runs.run import Run
 from pipeline.runs.shared_points import SharedPoints, made
 from pipeline.scenario.design import Design, design
 from pipeline.scenario.ground import of_run
@@ -14,38 +15,6 @@ from pipeline.scenario.scenario import Scenario
 from pipeline.scenario.strict_yaml import parse
 from pipeline.scenario.sweep import Value, assign, coordinate_names, path_of
 from pipeline.settings.settings import OF_ALL_RUNS, Settings
-
-if TYPE_CHECKING:
-    from pipeline.inputs.elevation_table import ElevationTable
-    from pipeline.scenario.solver_objects import Hydrographs, Outlines
-
-
-@dataclass(frozen=True)
-class Run:
-    """One run of a scenario; small, and pickles.
-
-    Parameters
-    ----------
-    index : int
-        Position along the store's ``run`` dimension, from 0.
-    parameters : dict[str, Value]
-        Varied values by coordinate name, in the order of the design; empty for a single run.
-    settings : Settings
-        Complete settings of this run, without what is said of all runs.
-    table : ElevationTable, optional
-        The elevation table of a ``table`` terrain, else None.
-    outlines : Outlines, optional
-        Polygons of the releases on an elevation model, by file and layer.
-    hydrographs : Hydrographs
-        Those of files, by name.
-    """
-
-    index: int
-    parameters: dict[str, Value]
-    settings: Settings
-    table: ElevationTable | None = None
-    outlines: Outlines | None = None
-    hydrographs: Hydrographs = field(default_factory=dict)
 
 
 class Runs(Sequence[Run]):

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.runs.runs import Run
+from pipeline.runs.run import Run
 from pipeline.runs.shared_points import SharedPoints
 from pipeline.scenario import solver_objects, structures
 from solver.inflow.entrance import depth_at_start

@@ -15,7 +15,7 @@ from solver.points.lattice import Lattice
 if TYPE_CHECKING:
     from pipeline.inputs.elevation_raster import ElevationRaster
     from pipeline.inputs.point_file import PointFile
-    from pipeline.runs.runs import Run
+    from pipeline.runs.run import Run
     from pipeline.settings.settings import Settings
     from pipeline.store.storage import Location
     from solver.forms import Kind, Operators

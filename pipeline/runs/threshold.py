@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from pipeline.runs.runs import Run, expand
+from pipeline.runs.run import Run
+from pipeline.runs.runs import expand
 from pipeline.runs.scene_of_run import DEFAULT_THRESHOLD
 from pipeline.scenario import solver_objects, structures
 from solver.release.polygons import ring_area

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from pipeline.inputs import elevation_table
 from pipeline.inputs.point_file import PointFile
 from pipeline.mistakes import BadInput
-from pipeline.runs.runs import Run, expand, share
+from pipeline.runs.run import Run
+from pipeline.runs.runs import expand, share
 from pipeline.runs.scene_of_run import Prepared, build_scene
 from pipeline.runs.shared_points import made
 from pipeline.scenario.scenario import load
