@@ -182,8 +182,11 @@ def run(
             log=None if log is None else Path(log),
         )
         # a store that is replaced takes its chosen runs with it
-        known = [on_known_domain(each, store_path(place, each.name)) for each in scenarios]
-        replaced = changed(known, place) if overwrite else {}
+        replaced = (
+            changed([on_known_domain(each, store_path(place, each.name)) for each in scenarios], place)
+            if overwrite
+            else {}
+        )
         before = chosen_before([each for each in scenarios if each.name not in replaced], place)
         scenarios += before
         going_on = choice is not None and choice.going_on(before)

@@ -9,8 +9,8 @@ from __future__ import annotations
 import asyncio
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, cast
+from collections.abc import Hashable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import numpy as np
 import zarr
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Values = Mapping[str, Any]
+N = TypeVar("N", bound=Hashable)
 # The arrays of the store that was written last: a batch goes through its stores one after another.
 _opened: dict[tuple[str, str, tuple[str, ...]], dict[str, zarr.AsyncArray[Any]]] = {}
 
@@ -219,11 +220,15 @@ def values_of_runs(path: Location) -> tuple[dict[str, NDArray[Any]], dict[str, d
     if not (path / ROOT).exists():
         raise FileNotFoundError(not_a_store(path))
     values, attributes = sync(_values_of_runs(path))
-    named = {found["key"]: name for name, found in attributes.items() if "key" in found}
-    # a store lists its arrays in whatever order its folders are in
-    keys = parameter_keys(json.loads(str(attributes[""].get("scenario_content", "{}"))))
-    first = [named[key] for key in keys if key in named]
+    first = _in_order(attributes[""], attributes)
     return {name: values[name] for name in dict.fromkeys([*first, *sorted(values)])}, attributes
+
+
+def _in_order(of_store: Mapping[Any, Any], of_arrays: Mapping[N, Mapping[Any, Any]]) -> list[N]:
+    """Name the parameters in the order of the design; a store lists its arrays in that of its folders."""
+    keys = parameter_keys(json.loads(str(of_store.get("scenario_content", "{}"))))
+    named = {found["key"]: name for name, found in of_arrays.items() if "key" in found}
+    return [named[key] for key in keys if key in named]
 
 
 async def _values_of_runs(path: Location) -> tuple[dict[str, NDArray[Any]], dict[str, dict[str, Any]]]:
@@ -255,10 +260,7 @@ def open_store(path: Location) -> xr.Dataset:
     younger = [variable for variable in PER_RUN if variable.name not in found]
     empty = {v.name: np.full(found.sizes["run"], "" if v.dtype == "string" else np.nan) for v in younger}
     opened = found.assign({v.name: (v.dims, empty[v.name], v.cf_attributes) for v in younger})
-    # a store lists its arrays in whatever order its folders are in
-    keys = parameter_keys(json.loads(str(opened.attrs.get("scenario_content", "{}"))))
-    given = {c.attrs["key"]: name for name, c in opened.coords.items() if "key" in c.attrs}
-    names = [given[key] for key in keys if key in given]
+    names = _in_order(opened.attrs, {name: c.attrs for name, c in opened.coords.items()})
     ordered = opened.drop_vars(names).assign_coords({name: opened[name].variable for name in names})
     ordered.set_close(found.close)
     return ordered
