@@ -31,8 +31,8 @@ class Faces(NamedTuple):
         (faces,), cells.
     geometry
         (7, faces). Unit normal from left to right (0, 1); way from the left centroid to the right one, m (2,
-        3); the part of that way at which the face stands (4); from there to its midpoint, in ways turned by a
-        right angle to the left (5); length, m (6).
+        3); the part of that way at which the face stands, 0 to 1 (4); from there to its midpoint, in ways
+        turned by a right angle to the left (5); length, m (6).
     side
         (ghosts,), 0 to 3 for x_min, x_max, y_min, y_max.
     around
@@ -109,6 +109,8 @@ def connect(volumes: ControlVolumes) -> Faces:
     turned = np.stack([-way[:, 1], way[:, 0]], axis=1)
     square = np.einsum("fk,fk->f", way, way)
     part, shift = (np.einsum("fk,fk->f", midpoint - start, to) / square for to in (way, turned))
+    # a face of a slanting pair may stand behind one of the two, where no limited step leads
+    part = np.clip(part, 0.0, 1.0)
     place = np.concatenate([np.arange(inner), outer + np.arange(ghosts)])
     left_of, right_of = np.zeros((2, faces), np.uint32)
     left_of[place], right_of[place] = left, right

@@ -24,7 +24,7 @@ class CloudBuffers(NamedTuple):
     Attributes
     ----------
     slopes
-        (8, cells and ghosts), as `slopes_at` and `strain_at` fill them; ghosts keep zeros.
+        (9, cells and ghosts), as `slopes_at` and `strain_at` fill them; ghosts keep zeros.
     halves
         (3, 2 faces and LANES), what passes each half-face into its cell: volume, m3 s-1, and momentum along x
         and y with the pressure times the cell's own beta, m4 s-2.
@@ -56,7 +56,7 @@ class CloudBuffers(NamedTuple):
 def cloud_buffers(faces: Faces) -> CloudBuffers:
     """Make the scratch arrays."""
     buffers = CloudBuffers(
-        np.zeros((8, faces.cells + whole_blocks(len(faces.side)) + LANES)),
+        np.zeros((9, faces.cells + whole_blocks(len(faces.side)) + LANES)),
         np.zeros((3, 2 * faces.faces + LANES)),
         np.zeros(faces.faces),
         np.zeros((4, faces.cells)),

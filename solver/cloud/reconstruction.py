@@ -72,6 +72,7 @@ def gradient_of(slope: Approximation) -> Gradient:
     cells = whole_blocks(n)
     along, across = (laid_out(weights, cells) for weights in (slope.along, slope.across))
     neighbours = np.tile(np.arange(cells), (len(along), 1))
+    neighbours[:, :n] = slope.neighbours[:, 1] if support > 1 else neighbours[:, :n]
     neighbours[: support - 1, :n] = slope.neighbours[:, 1:].T
     return Gradient(neighbours.astype(np.uint32), along, across)
 
@@ -121,8 +122,10 @@ def slopes_at(now: Fields, gradient: Gradient, start: int, stop: int, dry: float
         The cells.
     dry : float
         Depth up to which a cell counts as dry, m.
-    out : (8, cells) array
-        The first six rows are filled with h_x, h_y, u_x, u_y (s-1), v_x, v_y (s-1).
+    out : (9, cells) array
+        The first six rows are filled with h_x, h_y, u_x, u_y (s-1), v_x, v_y (s-1), the last one with the
+        speed of a cell times what the fastest wet neighbour has more of it along the way of the cell, m2 s-2;
+        minus infinity where all are dry.
     """
     h, u, v = now
     for group in range(0, len(gradient.neighbours), GROUP):
@@ -131,8 +134,10 @@ def slopes_at(now: Fields, gradient: Gradient, start: int, stop: int, dry: float
             h_i, u_i, v_i = h[i], u[i], v[i]
             # loaded before they are chosen from: a branch would keep the loop from vectorising
             h_x, h_y, u_x, u_y, v_x, v_y = out[0, i], out[1, i], out[2, i], out[3, i], out[4, i], out[5, i]
+            fastest = out[8, i]
             if group == 0:
                 h_x = h_y = u_x = u_y = v_x = v_y = 0.0
+                fastest = -math.inf
             for m in range(GROUP):
                 m_ = np.uint64(group) + np.uint64(m)
                 j = np.uint64(gradient.neighbours[m_, i])
@@ -141,14 +146,47 @@ def slopes_at(now: Fields, gradient: Gradient, start: int, stop: int, dry: float
                 h_x += a * step
                 h_y += b * step
                 wet = 1.0 if h_j > dry else 0.0
-                step = wet * (u[j] - u_i)
+                step, t_step = wet * (u[j] - u_i), wet * (v[j] - v_i)
                 u_x += a * step
                 u_y += b * step
-                step = wet * (v[j] - v_i)
-                v_x += a * step
-                v_y += b * step
+                v_x += a * t_step
+                v_y += b * t_step
+                more = u_i * step + v_i * t_step if h_j > dry else -math.inf
+                fastest = fastest if fastest > more else more
             out[0, i], out[1, i], out[2, i], out[3, i] = h_x, h_y, u_x, u_y
-            out[4, i], out[5, i] = v_x, v_y
+            out[4, i], out[5, i], out[8, i] = v_x, v_y, fastest
+
+
+@kernel(unaliased=True)
+def flatten_leading(now: Fields, normal: Array, start: int, stop: int, slopes: Array) -> None:
+    """Take the slopes of velocity out of cells that are faster than all around them by more than 2 c.
+
+    A face bounds what it is shown by one difference at a time. A film whose lopsided support says that it is
+    slower ahead, while all around it is slower, would leave by its slow part in each step, and what stays
+    would be ever faster. The slopes go to zero as the square of 2 c over the lead.
+
+    Parameters
+    ----------
+    now : Fields
+        Means over the cells.
+    normal : (cells,) array
+        Gravity normal to the bed, m s-2.
+    start, stop : int
+        The cells.
+    slopes : (9, cells) array
+        As `slopes_at` fills it.
+    """
+    h, u, v = now
+    for k in range(start, stop):
+        i = np.uint64(k)
+        lag, u_i, v_i = slopes[8, i], u[i], v[i]
+        lead = lag * lag if lag < 0.0 else 0.0
+        sent = 4.0 * normal[i] * h[i] * (u_i * u_i + v_i * v_i)
+        share = sent / (lead + 1e-300) if lead > sent else 1.0
+        slopes[2, i] *= share
+        slopes[3, i] *= share
+        slopes[4, i] *= share
+        slopes[5, i] *= share
 
 
 @kernel(unaliased=True)
@@ -166,8 +204,8 @@ def strain_at(
         As in `slopes_at`.
     neighbours
         Of `Gradient`.
-    slopes : (8, cells) array
-        The first two rows are read, as `slopes_at` fills them, and the last two filled.
+    slopes : (9, cells) array
+        The first two rows are read, as `slopes_at` fills them, and rows 6 and 7 filled.
     """
     h, u, v = now
     for group in range(0, len(neighbours), GROUP):
@@ -197,7 +235,7 @@ def flatten_fed(slopes: Array, faces: Faces, sides: Sides, start: int, stop: int
 
     Parameters
     ----------
-    slopes : (8, cells) array
+    slopes : (9, cells) array
         As `slopes_at` and `strain_at` fill it.
     start, stop : int
         Numbers of the boundary faces.

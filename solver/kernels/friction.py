@@ -148,7 +148,10 @@ def _(law: Uniform, drive_x: float, drive_y: float, h: float, normal: float) -> 
 
 @mean_drive.of(Quadratic, Viscoplastic)
 def _(law: Uniform, back: float, forth: float, h_back: float, h_forth: float, h: float) -> float:
-    return 0.5 * (back * h_back + forth * h_forth) / (h if h > 0.0 else 1.0)
+    # a thin cell beside a deep one: half of what presses on the face between stands in the deep one
+    around = 0.5 * (h_back + h_forth)
+    depth = h if h > around else around
+    return 0.5 * (back * h_back + forth * h_forth) / (depth if depth > 0.0 else 1.0)
 
 
 @kernel()

@@ -151,7 +151,8 @@ def mean_drive(law: Uniform, back: float, forth: float, h_back: float, h_forth: 
     """Mean of what drives the two faces of a cell along an axis, as `below_yield` compares it.
 
     Where the yield is a stress it is that of the stresses, per depth of the cell: what stands at the limit at
-    each face would exceed it in the mean of accelerations.
+    each face would exceed it in the mean of accelerations. A cell thinner than its faces in the mean counts
+    as deep as these.
 
     Parameters
     ----------

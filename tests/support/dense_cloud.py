@@ -64,7 +64,7 @@ class CloudRun(Twin):
         for end, sign in ((self.left, 1), (self.right, -1)):
             to = middle - place[end]
             part = (to * sign * self.way).sum(axis=1) / (self.way**2).sum(axis=1)
-            self.part.append(part)
+            self.part.append(np.clip(part, 0, 1))
             self.rest_of_way.append(to - sign * part[:, None] * self.way)
         self.widths = self.measure()
         super().__init__(scene, arrival_depth, *cells.centroid.T, self.widths[0])
@@ -124,6 +124,14 @@ class CloudRun(Twin):
         fed = [not isinstance(kind, str) for kind in self.kinds]
         found[self.cells.side_cell[fed]] = 0
         return found
+
+    def flattened(self, h, u, v):
+        """Share of its slopes of velocity that a cell keeps: all up to 2 c faster than what is around it."""
+        seen = self.neighbours[:, 1:]
+        more = np.stack([q[seen] - q[:, None] for q in (u, v)])
+        along = np.where(h[seen] > self.dry, more[0] * u[:, None] + more[1] * v[:, None], -np.inf).max(axis=1)
+        lead, sent = np.minimum(along, 0.0) ** 2, 4 * self.normal * h * (u**2 + v**2)
+        return np.where(lead > sent, sent / np.where(lead > sent, lead, 1.0), 1.0)
 
     def stretched(self, q, h, k):
         """Rate of stretching along axis k by the others of a support; none beside a given depth."""
@@ -194,7 +202,8 @@ class CloudRun(Twin):
         sign, part, off = 1 - 2 * side, self.part[side], self.rest_of_way[side]
         way, n = sign * self.way, self.face_normal
         h, u, v = (q[: self.n] for q in state)
-        found = self.slopes(h), self.slopes_of_velocity(u, h), self.slopes_of_velocity(v, h)
+        kept = self.flattened(h, u, v)[:, None]
+        found = self.slopes(h), *(kept * self.slopes_of_velocity(q, h) for q in (u, v))
         none = np.zeros((len(state.h) - self.n, 2))
         slopes = [np.concatenate([q, none])[here] for q in found]
         gaps, offs = ([(g * d).sum(axis=1) for g in slopes] for d in (way, off))

@@ -9,7 +9,7 @@ from scenes import material
 
 from solver.cloud.faces import beyond, connect, half_of
 from solver.cloud.operators import prepare
-from solver.cloud.reconstruction import slopes_at, strain_at
+from solver.cloud.reconstruction import flatten_leading, slopes_at, strain_at
 from solver.kernels.earth_pressure import at_rest
 from solver.kernels.state import Fields
 from solver.physics.earth_pressure import Isotropic, MohrCoulomb
@@ -278,15 +278,15 @@ def test_how_a_cell_is_strained_is_told_by_the_others_and_on_a_slope_by_the_deep
     x, y = np.pad(cloud.control_volumes.centroid, ((0, room - n), (0, 0))).T
 
     def strained(u, v, h=1.0, rise=0.0):
-        found = np.full((8, room), rise)
+        found = np.full((9, room), rise)
         fields = Fields(np.full(room, h), u, v)
         strain_at(fields, tables.gradient.neighbours, tables.strain, 0, room, 1e-3, found)
-        return found[6:, :n]
+        return found[6:8, :n]
 
     for rise in (0.0, 0.02, 1.0, -1.0):
         found = strained(2 + 3 * x - y, 1 + y - 4 * x, rise=rise)
         np.testing.assert_allclose(found, [[3] * n, [1] * n], rtol=1e-8)
-    lone, slopes = np.zeros(room), np.zeros((8, room))
+    lone, slopes = np.zeros(room), np.zeros((9, room))
     lone[70] = 5.0
     np.testing.assert_allclose(strained(lone, -lone)[:, 70], 0.0, atol=1e-12)
     slopes_at(Fields(np.ones(room), lone, lone), tables.gradient, 0, room, 1e-3, slopes)
@@ -313,7 +313,46 @@ def test_the_deeper_side_of_a_bend_in_velocity_tells_how_a_cell_is_strained():
         middle = int(np.argmin(np.abs(x - 4) + np.abs(y - 4)))
         bent = np.where(x > 4, 3.0, 1.0) * (x - 4), np.where(y > 4, -2.0, 5.0) * (y - 4)
         for rise, expected in ((1.0, (3, -2)), (-1.0, (1, 5)), (0.0, (2, 1.5)), (0.025, (2.5, -0.25))):
-            found = np.full((8, room), rise)
+            found = np.full((9, room), rise)
             fields = Fields(np.ones(room), *bent)
             strain_at(fields, tables.gradient.neighbours, tables.strain, 0, room, 1e-3, found)
-            assert found[6:, middle] == pytest.approx(expected, rel=1e-9)
+            assert found[6:8, middle] == pytest.approx(expected, rel=1e-9)
+
+
+def test_a_face_that_stands_behind_a_cell_takes_no_step_from_it():
+    """Among pairs of points; a step that is turned round would lead away from the cell beyond."""
+    rng = np.random.default_rng(5)
+    first = rng.uniform(0, 10, (150, 2))
+    pairs = np.concatenate([first, np.clip(first + rng.normal(0, 0.05, first.shape), 0.01, 9.99)])
+    cloud = given_points(pairs, (0, 10), (0, 10))
+    cells = cloud.control_volumes
+    start, way = cells.centroid[cells.left], cells.centroid[cells.right] - cells.centroid[cells.left]
+    stands = ((cells.midpoint - start) * way).sum(axis=1) / (way**2).sum(axis=1)
+    assert stands.min() < -0.05
+    part = prepare(cloud).tables.faces.geometry[4, : len(stands)]
+    np.testing.assert_allclose(part, stands.clip(0, 1), rtol=1e-13)
+
+
+def test_what_is_faster_than_all_around_it_by_more_than_waves_has_one_velocity():
+    """The slopes of its velocity go as the square of 2 c over its lead; a dry neighbour does not count."""
+    rng = np.random.default_rng(3)
+    cloud = given_points(rng.uniform(0, 10, (150, 2)), (0, 10), (0, 10))
+    tables = prepare(cloud).tables
+    room, one = tables.faces.cells, 70
+    normal = np.full(room, 9.0)
+
+    def slopes(h, lead):
+        u, v, found = np.full(room, 3.0), np.full(room, 4.0), np.zeros((9, room))
+        u[one], v[one] = 3.0 + 0.6 * lead, 4.0 + 0.8 * lead
+        now = Fields(np.full(room, h), u, v)
+        slopes_at(now, tables.gradient, 0, room, 1e-9, found)
+        before = found[2:6, one].copy()
+        assert found[8, one] == pytest.approx(-lead * (5.0 + lead), rel=1e-12)
+        flatten_leading(now, normal, 0, room, found)
+        return before, found[2:6, one]
+
+    wave = 3.0 * np.sqrt(0.01)
+    for lead in (0.5, 2.0, 4.0, 20.0):
+        before, after = slopes(0.01, lead * wave)
+        assert abs(before).max() > 0
+        np.testing.assert_allclose(after, before * min(1.0, (2.0 / lead) ** 2), rtol=1e-12)

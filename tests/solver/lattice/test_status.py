@@ -10,7 +10,7 @@ from solver.lattice.run import LatticeRun
 from solver.lattice.spans import copy_surroundings, hull, moving_volume_exceeds, spread
 from solver.lattice.status import classify
 from solver.physics.earth_pressure import MohrCoulomb
-from solver.physics.friction import Coulomb
+from solver.physics.friction import Coulomb, Voellmy
 from solver.physics.terrain import Plane
 from solver.scene import Boundaries
 from solver.simulation import simulate
@@ -178,3 +178,14 @@ def test_a_given_depth_fills_a_dry_domain():
     assert run.depth[-1].min() > 0.4
     assert run.ledger.inflow > 0.4 * 12.5 * 8.5
     assert abs(run.ledger.error) < 1e-12
+
+
+def test_a_film_beside_a_layer_that_friction_holds_stays():
+    """What presses on the face between them stands, for the most part, in the layer."""
+    case = scene(Plane(0), Voellmy(40.0, 70.0, 30.0, 2000.0))
+    depth = np.zeros_like(case.depth)
+    depth[6:9, 5:20] = 0.05
+    depth[9, 8:10] = 1e-4, 2e-5
+    run = simulate(replace(case, depth=depth), [1.0])
+    assert run.steps == 0
+    np.testing.assert_array_equal(run.depth[0], depth)
