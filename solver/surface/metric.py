@@ -76,6 +76,7 @@ class Metric(NamedTuple):
 
 def metric_of(
     surface: Surface,
+    corners: Array,
     x: Array,
     y: Array,
     spacing: float,
@@ -90,6 +91,8 @@ def metric_of(
     ----------
     surface : Surface
         The bed.
+    corners : (m + 1, n + 1) array
+        Its elevation at the corners of the cells, m.
     x, y : array
         Points of the lattice in plan, m.
     spacing : float
@@ -101,8 +104,7 @@ def metric_of(
     tangent, cfl : float
         tan(delta), and the Courant number: what bounds the first step from rest.
     """
-    edges_x, edges_y = (np.append(a - spacing / 2, a[-1] + spacing / 2) for a in (x, y))
-    z = surface.corners(edges_x, edges_y)
+    z = corners
     b_x, b_y = plan_slopes(z, spacing)
     w = np.sqrt(1.0 + (b_x * b_x + b_y * b_y))
     level = np.sqrt(1.0 + b_x * b_x)

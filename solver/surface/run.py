@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.arrays import Array
+from solver.arrays import Array, Indices
 from solver.kernels.earth_pressure import at_rest
 from solver.kernels.runge_kutta import Limits
 from solver.kernels.sections.inflow import HIGH_X, LOW_X, LOW_Y
@@ -97,6 +97,7 @@ class SurfaceRun(LatticeRun):
         x[inside_x], y[inside_y] = lattice.x_points[columns[inside_x]], lattice.y_points[rows[inside_y]]
         self.metric = metric_of(
             self.surface,
+            self._corners_of(x, y, rows, columns),
             x,
             y,
             d,
@@ -111,6 +112,15 @@ class SurfaceRun(LatticeRun):
         super()._make(window)
         if self.walls is not None:
             set_walls(self.walls, self.metric, self.grid.stride, d, scene.least_coefficient)
+
+    def _corners_of(self, x: Array, y: Array, rows: Indices, columns: Indices) -> Array:
+        """Elevation of the corners of a window, m: on the lattice, to the last bit, what volumes are counted by."""
+        d, (ny, nx) = self.lattice.dx, self._corners.shape
+        corners = self.surface.corners(edges_of(x, d), edges_of(y, d))
+        at_y, at_x = np.append(rows, rows[-1] + 1), np.append(columns, columns[-1] + 1)
+        inside_y, inside_x = (at_y >= 0) & (at_y < ny), (at_x >= 0) & (at_x < nx)
+        corners[np.ix_(inside_y, inside_x)] = self._corners[np.ix_(at_y[inside_y], at_x[inside_x])]
+        return corners
 
     @property
     def _flux_sizes(self) -> tuple[float, float]:

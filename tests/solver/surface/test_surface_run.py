@@ -88,6 +88,24 @@ def test_volume_is_kept_to_round_off_and_what_leaves_is_in_the_ledger():
     assert (run.max_depth[inside] > 0).any()
 
 
+@pytest.mark.parametrize("ratio", [1.0, 1.6])
+def test_volume_is_counted_by_the_areas_that_fluxes_have_also_far_from_the_origin(ratio):
+    """What is computed of a surface in a window of the lattice differs from the whole in the last digits."""
+    d, x, y = 0.2584 / ratio, 2.6e6 + 0.2584 * np.arange(40) / ratio, 1.2e6 + 0.2584 * np.arange(40) / ratio
+    steps = np.floor((np.arange(40) - 20.0) / 4) * 0.3
+    model = ElevationModel(x, y, np.add.outer(0.3 * np.sin(np.arange(40)), -steps), 2.0)
+    points = Lattice((x[0], x[-1] - 1.0), (y[0], y[-1] - 1.0), d * ratio)
+    a, b = points.coordinates
+    depth = np.where(np.hypot(a - x[20], b - y[14]) < 1.2 * d * 4, 0.1, 0.0)
+    run = simulate(Scene(points, model, depth, 0 * depth, 0 * depth, Coulomb(5.0)), [0.2, 0.5, 2.0])
+    edges = [edges_of(q, points.dx) for q in (points.x_points, points.y_points)]
+    area = lifted_area(model.corners(*edges), points.dx)
+    volumes = (run.depth * area).sum((1, 2))
+    assert run.steps > 10
+    assert abs(volumes[0] / (depth * area).sum() - 1) < 2e-15
+    assert abs(run.ledger.error) < 1e-14
+
+
 def test_skipping_changes_no_bit():
     model, depth = rough(noise=0.1), heap()
     one, two = (simulate(scene(model, depth), [5.0, 20.0], skip=skip) for skip in (True, False))
