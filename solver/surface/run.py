@@ -114,7 +114,7 @@ class SurfaceRun(LatticeRun):
             set_walls(self.walls, self.metric, self.grid.stride, d, scene.least_coefficient)
 
     def _corners_of(self, x: Array, y: Array, rows: Indices, columns: Indices) -> Array:
-        """Elevation of the corners of a window, m: on the lattice, to the last bit, what volumes are counted by."""
+        """Elevation of the corners of a window, m: on the lattice that which volumes are counted by."""
         d, (ny, nx) = self.lattice.dx, self._corners.shape
         corners = self.surface.corners(edges_of(x, d), edges_of(y, d))
         at_y, at_x = np.append(rows, rows[-1] + 1), np.append(columns, columns[-1] + 1)
