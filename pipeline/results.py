@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from pipeline.store import run_table, zarr_store
+from pipeline.store import zarr_store
 from pipeline.store.place import store_name, store_path, store_paths, with_levels
 from pipeline.store.storage import Location, store_of
 from pipeline.store.variables import STATUS, Status
@@ -83,6 +83,8 @@ class Results(Mapping[str, "xr.Dataset"]):
     @cached_property
     def table(self) -> pd.DataFrame:
         """The table of runs: a row per run, with its parameters, status and summaries."""
+        from pipeline.store import run_table
+
         whole = run_table.read(self.place)
         return whole[whole["scenario"].isin(self._names)].reset_index(drop=True)
 

@@ -10,7 +10,6 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import pandas as pd
 from rich.console import Console
 
 from pipeline.batch.checkpoints import EVERY_SECONDS, Checkpoints
@@ -31,7 +30,7 @@ from pipeline.runs.runs import Runs, expand, share
 from pipeline.runs.shared_points import SharedPoints, kept
 from pipeline.runs.template import shares, template
 from pipeline.scenario.scenario import Scenario, differences, said
-from pipeline.store import layout, provenance, run_table, zarr_store
+from pipeline.store import layout, provenance, zarr_store
 from pipeline.store.place import LEVEL, WHOLE, Part, checkpoint_path, hidden, store_path, summary_path
 from pipeline.store.storage import Location, is_made, storage_of
 from pipeline.store.variables import Status
@@ -41,6 +40,8 @@ from solver.simulation import simulate
 from solver.warmup import compile_kernels
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from pipeline.batch.dask_pool import DaskPool, Engine
 
 # as many runs at most are done without Dask, whose cluster takes longer to start than a short run lasts
@@ -160,6 +161,8 @@ def complete(
         earlier = [each for scenario in scenarios for each in failed(out, scenario.name)]
         ending = _execute(left, kinds, console, count, engine, part, log, solve)
     _tell_earlier([] if retry_failed else earlier, left, console)
+    from pipeline.store import run_table
+
     whole = run_table.read(out)
     try:
         run_table.write(whole, summary_path(out))

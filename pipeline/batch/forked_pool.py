@@ -74,6 +74,9 @@ class ForkedPool:
         """Wait for a job that ends; None where none is under way."""
         if not self._busy:
             return None
+        # loads pandas, which the end of a batch needs, while the first run computes
+        import pipeline.store.run_table  # noqa: F401
+
         # an interrupt that another thread of this process took is heard between two waits only
         while not (found := wait(list(self._busy), HEARING_SECONDS)):
             pass
