@@ -15,7 +15,7 @@ from solver.cloud.arrays import CloudArrays
 from solver.cloud.faces import ROOM, Faces, beyond, fill_ghosts_beyond, half_of
 from solver.cloud.fluxes import CloudBuffers, fluxes_through
 from solver.cloud.reconstruction import flatten_fed, slopes_at
-from solver.cloud.sections import admit_into, close_doors, measure_faces
+from solver.cloud.sections import admit_into, close_doors, forget_above, measure_faces
 from solver.compiled import kernel
 from solver.kernels.boundary import account, stopped
 from solver.kernels.flow_axes import sheared
@@ -255,6 +255,7 @@ def cloud_stage(
         for r in range(activity.counts[2]):
             a, b = activity.sloped_runs[r]
             slopes_at(now, gradient, a, b, material.dry, buffers.slopes)
+            forget_above(now, gradient, doors, a, b, material.dry, buffers.slopes)
             flatten_fed(buffers.slopes, faces, sides, first_side[a // LANES], first_side[b // LANES])
     # boundary faces are few: all from the first to the last that take part
     a, b = first_side[runs[0, 0] // LANES], first_side[runs[activity.counts[0] - 1, 1] // LANES]

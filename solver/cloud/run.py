@@ -106,7 +106,8 @@ class CloudRun(Run):
         self.rest_volume = scene.scheme.rest_share * (self.volume + to_come)
         self.doors = no_doors()
         if self.entrances:
-            self.inflows, self.doors = doors_of(self.entrances, faces, self.bed.normal, widths)
+            about = operators.tables.gradient, operators.cloud.points, self.bed.normal, widths
+            self.inflows, self.doors = doors_of(self.entrances, faces, *about)
         gauges = [each for each in self.gauges if isinstance(each, PlacedOnCloud)]
         if gauges:
             self.sections = sections_of(gauges, np.asarray(scene.section_times, dtype=np.float64), faces)

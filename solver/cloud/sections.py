@@ -11,6 +11,7 @@ from solver.arrays import Array, Indices
 from solver.cloud.blocks import Activity
 from solver.cloud.faces import Faces
 from solver.cloud.fluxes import CloudBuffers
+from solver.cloud.reconstruction import Gradient
 from solver.compiled import kernel
 from solver.inflow.clouds import PlacedOnCloud
 from solver.inflow.entrance import Entrance, graphs_of
@@ -29,21 +30,33 @@ class Doors(NamedTuple):
         Its number.
     above
         The cell on the other side, or the ghost.
+    parted, neighbour
+        Cells, and which of the neighbours of `Gradient` of theirs lies above a section that they are below,
+        sorted by cell.
     """
 
     face: Indices
     above: Indices
+    parted: Indices
+    neighbour: Indices
 
 
 def doors_of(
-    entrances: Sequence[Entrance], faces: Faces, normal: Array, widths: Array
+    entrances: Sequence[Entrance],
+    faces: Faces,
+    gradient: Gradient,
+    places: Array,
+    normal: Array,
+    widths: Array,
 ) -> tuple[Inflows, Doors]:
     """Give inflows to the kernels.
 
     Parameters
     ----------
     entrances : sequence of Entrance
-        On the cloud of these faces.
+        On the cloud of these faces and supports.
+    places : array
+        Of the points, (n, 2), m.
     normal : array
         g cos(xi) of the cells, m s-2.
     widths : array
@@ -93,7 +106,24 @@ def doors_of(
         before=np.zeros((4, 0)),
     )
     above = np.where(sign > 0, faces.left[face], faces.right[face]).astype(np.int64)
-    return inflows, Doors(face, above)
+    parted, neighbour = _parted(placed, gradient, places)
+    return inflows, Doors(face, above, parted, neighbour)
+
+
+def _parted(placed: Sequence[PlacedOnCloud], gradient: Gradient, places: Array) -> tuple[Indices, Indices]:
+    """Find what `Doors` has of neighbours above sections."""
+    n = len(places)
+    cell = np.tile(np.arange(n), len(gradient.neighbours))
+    others = gradient.neighbours[:, :n].ravel().astype(np.int64)
+    slot = np.repeat(np.arange(len(gradient.neighbours)), n)
+    real = others != cell
+    cell, others, slot = cell[real], others[real], slot[real]
+    apart = np.zeros(len(cell), bool)
+    for each in placed:
+        apart |= each.parts(places[cell], places[others])
+    cell, slot = cell[apart], slot[apart]
+    order = np.lexsort((slot, cell))
+    return cell[order], slot[order]
 
 
 def _numbers(face: Indices, faces: Faces) -> Indices:
@@ -104,7 +134,7 @@ def _numbers(face: Indices, faces: Faces) -> Indices:
 
 def no_doors() -> Doors:
     """Give what kernels are given where nothing comes in."""
-    return Doors(np.zeros(0, np.int64), np.zeros(0, np.int64))
+    return Doors(*(np.zeros(0, np.int64) for _ in range(4)))
 
 
 def sections_of(gauges: Sequence[PlacedOnCloud], times: Array, faces: Faces) -> Sections:
@@ -134,6 +164,29 @@ def open_blocks(inflows: Inflows, static: Array, moving: Array) -> None:
         if inflows.opened[inflows.section[e]] > 0.0:
             static[inflows.cell[e]] = 0.0
             moving[inflows.cell[e] // LANES] = 1
+
+
+@kernel()
+def forget_above(
+    now: Fields, gradient: Gradient, doors: Doors, start: int, stop: int, dry: float, slopes: Array
+) -> None:
+    """Take out of the slopes of a run of cells what is dry above a section that they are below.
+
+    What comes in there has a depth, which the dry cells above do not show.
+
+    Parameters
+    ----------
+    start, stop, dry, slopes
+        As of `solver.cloud.reconstruction.slopes_at`.
+    """
+    for k in range(len(doors.parted)):
+        i, m = doors.parted[k], doors.neighbour[k]
+        if start <= i < stop:
+            j = int(gradient.neighbours[m, i])
+            if now.h[j] <= dry:
+                step = now.h[j] - now.h[i]
+                slopes[0, i] -= gradient.along[m, i] * step
+                slopes[1, i] -= gradient.across[m, i] * step
 
 
 @kernel()

@@ -38,6 +38,8 @@ class PlacedOnCloud:
         Cells that flow goes to, shape (n,); -1 outside.
     direction, width, bottom, along, normal
         As of `solver.inflow.placement.Placed`.
+    line
+        Corners of the line as it is taken, shape (m, 2), m.
     """
 
     face: Indices
@@ -48,6 +50,18 @@ class PlacedOnCloud:
     bottom: Array
     along: float
     normal: float
+    line: Array
+
+    def parts(self, first: Array, second: Array) -> NDArray[np.bool_]:
+        """Whether it leads between places, each (n, 2), m, and flow goes from the second to the first."""
+        crossed = _crossings(self.line, first, second)
+        return np.asarray(crossed * self.hand < 0)
+
+    @property
+    def hand(self) -> int:
+        """1 if flow goes to the right hand of who walks along the line, else -1."""
+        way = self.line[-1] - self.line[0]
+        return 1 if way[1] * self.direction[0] - way[0] * self.direction[1] > 0 else -1
 
     def below(self, values: Array) -> Array:
         """Values (n,) at the cells that flow goes to."""
@@ -90,9 +104,9 @@ def place_on_cloud(
     sizes = np.sqrt(volumes.area[near])
     first, second = _pairs(cloud)
     for lengthened in range(1, _LENGTHENED + 1):
-        reaching = _reaching(ends, sizes, lengthened, cloud)
         # what is as near to two points goes against the flow
-        crossed = _crossings(reaching - _NEARLY * sizes.min() * np.array(way), first, second)
+        taken = _reaching(ends, sizes, lengthened, cloud) - _NEARLY * sizes.min() * np.array(way)
+        crossed = _crossings(taken, first, second)
         face = np.flatnonzero(crossed)
         if len(face):
             break
@@ -112,6 +126,7 @@ def place_on_cloud(
         np.zeros(len(face)),
         along,
         normal,
+        taken,
     )
 
 
