@@ -14,7 +14,8 @@ from solver.cloud.fluxes import CloudBuffers
 from solver.cloud.reconstruction import Gradient
 from solver.compiled import kernel
 from solver.inflow.clouds import PlacedOnCloud
-from solver.inflow.entrance import Entrance, graphs_of
+from solver.inflow.entrance import Entrance
+from solver.inflow.hydrograph_kernels import graphs_of
 from solver.kernels.flow_axes import normal_pressure, sheared
 from solver.kernels.sections.inflow import Inflows, state_in_door
 from solver.kernels.sections.measured import Sections, begun

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,8 +14,10 @@ from solver.inflow.conditions import Line
 from solver.inflow.placement import Frame, Point, heading
 from solver.physics.elevation import Surface
 from solver.physics.terrain import Terrain
-from solver.points.cloud import PointCloud
-from solver.points.voronoi import SIDE_NORMALS
+
+if TYPE_CHECKING:
+    # compiled code takes longer to import than a scenario to check
+    from solver.points.cloud import PointCloud
 
 # Of the domain: what is this near to a side is along it. Of a cell: what is this near to a point is above it.
 _NEARLY = 1e-6
@@ -62,6 +65,11 @@ class PlacedOnCloud:
         """1 if flow goes to the right hand of who walks along the line, else -1."""
         way = self.line[-1] - self.line[0]
         return 1 if way[1] * self.direction[0] - way[0] * self.direction[1] > 0 else -1
+
+    @property
+    def cells(self) -> tuple[Indices, ...]:
+        """Indices of the cells that flow goes to."""
+        return (self.downstream,)
 
     def below(self, values: Array) -> Array:
         """Values (n,) at the cells that flow goes to."""
@@ -113,7 +121,7 @@ def place_on_cloud(
     else:
         raise ValueError("expected a section that parts two cells, found one that parts none")
     sign = crossed[face] * (-1 if flip else 1)
-    outward = np.concatenate([volumes.normal, SIDE_NORMALS[volumes.side]])[face]
+    outward = volumes.outward[face]
     length = np.concatenate([volumes.length, volumes.side_length])[face]
     left = np.concatenate([volumes.left, volumes.side_cell])[face]
     right = np.concatenate([volumes.right, np.full(len(volumes.side), -1)])[face]
@@ -133,7 +141,7 @@ def place_on_cloud(
 def _pairs(cloud: PointCloud) -> tuple[Array, Array]:
     """Points on both sides of each face, (f, 2), m; beyond a boundary face the image of its point."""
     volumes, points = cloud.control_volumes, cloud.points
-    inside, outward = points[volumes.side_cell], SIDE_NORMALS[volumes.side]
+    inside, outward = points[volumes.side_cell], volumes.outward[len(volumes.left) :]
     depth = np.einsum("bk,bk->b", volumes.side_midpoint - inside, outward)
     # a point may lie on the side
     away = depth + np.maximum(depth, 0.5 * np.sqrt(volumes.area[volumes.side_cell]))

@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from math import fsum
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from solver.arrays import Array, Indices
+from solver.arrays import Array
 from solver.inflow.clouds import PlacedOnCloud, frame_of_bounds, place_on_cloud
 from solver.inflow.conditions import Inflow, Line, Rating, rating_of
-from solver.inflow.hydrograph_kernels import Hydrographs
 from solver.inflow.placement import Placed, Point, heading, place
 from solver.physics.elevation import Surface
 from solver.physics.friction import Friction
 from solver.physics.terrain import Terrain
-from solver.points.cloud import PointCloud
 from solver.points.lattice import Lattice
+
+if TYPE_CHECKING:
+    # compiled code takes longer to import than a scenario to check
+    from solver.points.cloud import PointCloud
 
 _HALVINGS = 100
 
@@ -163,32 +164,3 @@ def depth_at_start(
         if peak > 0:
             np.maximum.at(found, made.placed.downstream, made.depths(peak))
     return found
-
-
-def graphs_of(entrances: Sequence[Entrance]) -> dict[str, Any]:
-    """Give what kernels know of whole sections, by the names of `solver.kernels.sections.inflow.Inflows`."""
-    graphs = [each.inflow.hydrograph for each in entrances]
-    ratings = [each.rating for each in entrances]
-    count = len(entrances)
-    return {
-        "graphs": Hydrographs(
-            _starts(len(each.times) for each in graphs),
-            np.concatenate([each.times for each in graphs]),
-            np.concatenate([each.discharges for each in graphs]),
-            np.concatenate([each.volumes for each in graphs]),
-            _starts(len(each.log_depth) for each in ratings),
-            np.concatenate([each.log_depth for each in ratings]),
-            np.concatenate([each.log_discharge for each in ratings]),
-            np.array([each.fixed for each in ratings]),
-        ),
-        # exact sums, so that mirror images have the same
-        "total": np.array([fsum(each.placed.width) for each in entrances]),
-        "opened": np.zeros(count),
-        "flowing": np.zeros(count),
-        "entered": np.zeros(count),
-        "until": np.array([max(each.last for each in graphs)]),
-    }
-
-
-def _starts(lengths: Iterable[int]) -> Indices:
-    return np.concatenate(([0], np.cumsum(np.fromiter(lengths, np.int64))))

@@ -59,6 +59,11 @@ class Placed:
         back = (self.sign < 0).astype(np.int64)
         return self.row - back * (1 - self.along_x), self.column - back * self.along_x
 
+    @property
+    def cells(self) -> tuple[Indices, ...]:
+        """Indices of the cells that flow goes to: rows and columns."""
+        return self.downstream
+
     def below(self, values: Array) -> Array:
         """Values (ny, nx) at the cells inside the lattice that flow goes to."""
         row, column = self.downstream

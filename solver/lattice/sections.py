@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.arrays import Array, Indices
-from solver.inflow.entrance import Entrance, graphs_of
+from solver.inflow.entrance import Entrance
+from solver.inflow.hydrograph_kernels import graphs_of
 from solver.inflow.placement import Placed
 from solver.kernels.sections.inflow import HIGH_X, HIGH_Y, LOW_X, LOW_Y, Inflows
 from solver.kernels.sections.measured import Sections, begun

@@ -9,7 +9,6 @@ import solver
 from solver.inflow.clouds import place_on_cloud
 from solver.inflow.placement import place
 from solver.points.cloud import given_points, random_points
-from solver.points.voronoi import SIDE_NORMALS
 
 CLOUD = random_points((0, 20), (-5, 5), 200, 3)
 FLAT, SLOPE = solver.Plane(0), solver.Plane(20)
@@ -23,7 +22,7 @@ def placed(line, terrain=SLOPE, cloud=CLOUD):
 def faces_of(found, cloud=CLOUD):
     """Length times normal of the faces in the direction of the flow, and their ends."""
     volumes = cloud.control_volumes
-    normal = np.concatenate([volumes.normal, SIDE_NORMALS[volumes.side]])[found.face]
+    normal = volumes.outward[found.face]
     length = np.concatenate([volumes.length, volumes.side_length])[found.face]
     start, end = (ends[found.face] for ends in volumes.edges)
     return found.sign[:, None] * length[:, None] * normal, start, end
