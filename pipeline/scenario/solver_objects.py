@@ -15,6 +15,7 @@ from pipeline.settings.generated import Generated
 from pipeline.settings.inflow import HydrographFile
 from pipeline.settings.physics import MaterialLaws
 from pipeline.settings.surface import ElevationTerrain, PolygonsRelease
+from solver.inflow.clouds import frame_of_bounds
 from solver.inflow.conditions import Inflow, Line, Section
 from solver.inflow.entrance import check_on_cloud, entrance, largest_depth, placed_on
 from solver.inflow.hydrograph import Hydrograph, Triangle
@@ -229,7 +230,13 @@ def misplaced(
         try:
             if lattice is None:
                 assert not isinstance(terrain, Surface)
-                check_on_cloud(each, *bounds, terrain, friction, settings.gravity)
+                check_on_cloud(
+                    each,
+                    frame_of_bounds(*bounds, _mean_spacing(settings)),
+                    terrain,
+                    friction,
+                    settings.gravity,
+                )
                 continue
             found = entrance(each, lattice, terrain, friction, settings.gravity)
         except ValueError as error:
@@ -246,6 +253,17 @@ def misplaced(
                 placed_on(section.line, lattice, terrain, settings.gravity)
         except ValueError as error:
             yield "sections", i, str(error)
+
+
+def _mean_spacing(settings: Settings) -> float:
+    """Mean spacing of a cloud by its settings, m; 0 where its points are in a file."""
+    if isinstance(settings.points, points_settings.FilePoints):
+        return 0.0
+    if (spacing := settings.points.spacing) is not None:
+        return spacing
+    (x0, x1), (y0, y1) = extent(settings)
+    count = getattr(settings.points, "count", None)
+    return float(np.sqrt((x1 - x0) * (y1 - y0) / count)) if count else 0.0
 
 
 def _off(line: Line, extent: tuple[tuple[float, float], tuple[float, float]], slack: float) -> str:

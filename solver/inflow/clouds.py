@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     # compiled code takes longer to import than a scenario to check
     from solver.points.cloud import PointCloud
 
-# Of the domain: what is this near to a side is along it. Of a cell: what is this near to a point is above it.
+# Of a cell: what is this near to a point is above it.
 _NEARLY = 1e-6
 # Places along a line at which the bed is looked at.
 _PLACES = 100
@@ -85,10 +85,9 @@ class PlacedOnCloud:
         return bool(cells[self.downstream[self.downstream >= 0]].any())
 
 
-def frame_of_bounds(x: Point, y: Point) -> Frame:
-    """Give the frame of a cloud in bounds, m: a section is along a side where it lies on it."""
-    sizes = x[1] - x[0], y[1] - y[0]
-    return Frame((x, y), (_NEARLY * sizes[0], _NEARLY * sizes[1]), min(sizes) / _PLACES)
+def frame_of_bounds(x: Point, y: Point, spacing: float) -> Frame:
+    """Give the frame of a cloud in bounds, m: what is half its mean spacing from a side is along it."""
+    return Frame((x, y), (0.5 * spacing, 0.5 * spacing), min(x[1] - x[0], y[1] - y[0]) / _PLACES)
 
 
 def place_on_cloud(
@@ -105,7 +104,8 @@ def place_on_cloud(
     ValueError
         If the line lies outside, has no length, or parts no cells.
     """
-    corners, way, along, normal, flip = heading(line, frame_of_bounds(cloud.x, cloud.y), terrain, gravity)
+    frame = frame_of_bounds(cloud.x, cloud.y, cloud.mean_spacing)
+    corners, way, along, normal, flip = heading(line, frame, terrain, gravity)
     volumes = cloud.control_volumes
     ends = np.array(corners, dtype=np.float64)
     near = cloud.nearest(1, ends)[:, 0]

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from solver.arrays import Array
-from solver.inflow.clouds import PlacedOnCloud, frame_of_bounds, place_on_cloud
+from solver.inflow.clouds import PlacedOnCloud, place_on_cloud
 from solver.inflow.conditions import Inflow, Line, Rating, rating_of
-from solver.inflow.placement import Placed, Point, heading, place
+from solver.inflow.placement import Frame, Placed, heading, place
 from solver.physics.elevation import Surface
 from solver.physics.friction import Friction
 from solver.physics.terrain import Terrain
@@ -118,16 +118,16 @@ def entrance(
 
 
 def check_on_cloud(
-    inflow: Inflow, x: Point, y: Point, terrain: Terrain, friction: Friction, gravity: float
+    inflow: Inflow, frame: Frame, terrain: Terrain, friction: Friction, gravity: float
 ) -> None:
-    """Look at what can be known of an inflow on a cloud in bounds (m) before its points are placed.
+    """Look at what can be known of an inflow on a cloud in a frame before its points are placed.
 
     Raises
     ------
     ValueError
         If the section lies outside, or has no normal depth where that is asked.
     """
-    found = heading(inflow.line, frame_of_bounds(x, y), terrain, gravity)
+    found = heading(inflow.line, frame, terrain, gravity)
     rating_of(inflow, friction, found.along, found.normal, gravity)
 
 

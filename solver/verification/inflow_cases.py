@@ -20,13 +20,18 @@ from solver.physics.friction import Coulomb, Voellmy, friction_angle
 from solver.physics.terrain import Plane
 from solver.points.cloud import PointCloud, random_points
 from solver.points.lattice import Lattice
-from solver.scene import Boundaries, Scene, Side, WeightedResidual
+from solver.release.shares import shares
+from solver.scene import Boundaries, Scene, Side, WeightedResidual, Zone
 from solver.simulation import simulate
 
 SPACINGS = (1.0, 0.5, 0.25)
 # Steady depths (m) at places below a section (m), of 10 m2/s that come in 0.6 m deep on 15 degrees, mu 0.1
 # and xi 500 m s-2, by the ordinary differential equation of steady flow.
 STEADY = {5: 0.679114, 10: 0.750473, 20: 0.866989, 50: 1.03231, 100: 1.07039}
+# The same discharge at normal depth that comes to a zone of mu 0.2, by the distance from where it begins, m.
+ZONED = {5: 1.13498, 10: 1.19066, 20: 1.28064, 50: 1.41228, 100: 1.44750}
+# Place at which it begins, m.
+ZONE = 20.0
 # Front on a dry bed of 25 degrees: depth and speed of what comes in, and how long it has, s.
 FIRST_DEPTH, FIRST_SPEED, SLOPE, LASTS = 1.0, 8.0, 25.0, 5.0
 # Cells across a cloud, and half the length over which its values are fitted for one at a place, m.
@@ -158,6 +163,17 @@ def steady_errors(spacing: float, at: float = 0.0, seed: int | None = None) -> A
     return np.array([at_place(scene, depth, at + x) - exact for x, exact in STEADY.items()])
 
 
+def zone_errors(spacing: float, seed: int | None = None) -> Array:
+    """Errors of the steady depth at the places of ``ZONED`` in a rougher zone, m; on a cloud with a seed."""
+    friction = voellmy(0.1, 500)
+    scene = fed(15, friction, 10, spacing=spacing, length=130.0, end=60, depth="normal")
+    scene = scene if seed is None else scattered(scene, seed)
+    rough = np.array([[(ZONE, -100.0), (1000.0, -100.0), (1000.0, 100.0), (ZONE, 100.0)]])
+    scene = replace(scene, zones=(Zone(voellmy(0.2, 500), shares(rough, scene.points)),))
+    depth = simulate(scene, [0, 60]).depth
+    return np.array([at_place(scene, depth, ZONE + x) - exact for x, exact in ZONED.items()])
+
+
 def backwater(
     depth: float, discharge: float, slope: float, coefficient: float, turbulent_friction: float, x: Array
 ) -> Array:
@@ -240,6 +256,13 @@ def main() -> None:
         for spacing in SPACINGS:
             errors = " | ".join(f"{e:.1e}" for e in steady_errors(spacing, at, seed))
             print(f"| {points} | {name} | {spacing:g} | {errors} |")
+    print(f"\n| points | spacing, m | {heads} |\n|---|---|{'---|' * len(STEADY)}")
+    for points, seed in (("lattice", None), ("cloud", 0)):
+        for spacing in SPACINGS:
+            print(
+                f"| {points} | {spacing:g} | " + " | ".join(f"{e:.1e}" for e in zone_errors(spacing, seed)),
+                "|",
+            )
     print("\n| points | section | spacing, m | depth L1 | depth at 50 m | speed at 50 m | volume error |")
     print("|---|---|---|---|---|---|---|")
     for points, seed in (("lattice", None), ("cloud", 0)):

@@ -17,6 +17,7 @@ from solver.verification.inflow_cases import (
     front_exact,
     steady_errors,
     voellmy,
+    zone_errors,
 )
 
 RISE = solver.Hydrograph(np.array([0.0, 5.0, 20.0]), np.array([0.0, 10.0, 0.0]))
@@ -103,6 +104,16 @@ def test_the_steady_profile_below_a_section_of_given_depth_converges_in_second_o
     assert (errors[-1] < [1e-4, 1e-4, 5e-5, 2e-5, 1e-5]).all()
     steep = [np.log2(a[:3] / b[:3]) for a, b in pairwise(errors)]
     assert (np.array(steep) > 1.7).all()
+
+
+@pytest.mark.parametrize("seed", [None, 0], ids=["lattice", "cloud"])
+def test_the_steady_profile_in_a_zone_of_rougher_bed_converges_in_second_order(seed):
+    errors = [np.abs(zone_errors(d, seed))[:4] for d in (2.0, 1.0, 0.5)]
+    assert errors[-1].max() < 4e-5
+    # on a cloud over two halvings, as no two are alike
+    if seed is None:
+        assert errors[0].max() > 3.2 * errors[1].max()
+    assert errors[0].max() > 9 * errors[2].max()
 
 
 @pytest.mark.parametrize("share", [0.9, 1.3])

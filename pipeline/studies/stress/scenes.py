@@ -170,6 +170,12 @@ def draw(seed: int, number: int) -> Drawn:
         inflow, comes_in = draw_inflow(own, *about)
         if inflow:
             data["inflow"] = inflow
+            if kind == "cloud":
+                # rounded ends may be outside, where a lattice has half a cell more
+                ends = np.clip(
+                    inflow[0]["section"], *np.transpose([data["domain"]["x"], data["domain"]["y"]])
+                )
+                inflow[0]["section"] = ends.tolist()
             if own.random() < 0.3:
                 del data["release"]
     if kind == "collocation":
