@@ -168,7 +168,7 @@ def zone_errors(spacing: float, seed: int | None = None) -> Array:
     friction = voellmy(0.1, 500)
     scene = fed(15, friction, 10, spacing=spacing, length=130.0, end=60, depth="normal")
     scene = scene if seed is None else scattered(scene, seed)
-    rough = np.array([[(ZONE, -100.0), (1000.0, -100.0), (1000.0, 100.0), (ZONE, 100.0)]])
+    rough = [np.array([(ZONE, -100.0), (1000.0, -100.0), (1000.0, 100.0), (ZONE, 100.0)])]
     scene = replace(scene, zones=(Zone(voellmy(0.2, 500), shares(rough, scene.points)),))
     depth = simulate(scene, [0, 60]).depth
     return np.array([at_place(scene, depth, ZONE + x) - exact for x, exact in ZONED.items()])
