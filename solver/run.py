@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.arrays import Array
-from solver.inflow.entrance import Entrance, entrance
-from solver.inflow.placement import Placed, place
+from solver.inflow.clouds import PlacedOnCloud
+from solver.inflow.entrance import Entrance, entrance, placed_on
+from solver.inflow.placement import Placed
 from solver.kernels.erosion import Erosion, no_erosion
 from solver.kernels.record import Record
 from solver.kernels.runge_kutta import AT_REST, OUT_OF_STEPS, Limits, Progress
@@ -22,7 +23,6 @@ from solver.physics.earth_pressure import MohrCoulomb
 from solver.physics.elevation import Surface
 from solver.physics.friction import Coulomb
 from solver.physics.resistance import area_weighted
-from solver.points.lattice import Lattice
 from solver.scene import Collocation, Scene
 
 Carried = Mapping[str, NDArray[Any]]
@@ -397,42 +397,35 @@ def entrances_of(scene: Scene) -> tuple[Entrance, ...]:
     Raises
     ------
     ValueError
-        If one cannot be placed or a building stands there, beside what `lattice_of` refuses.
+        If one cannot be placed or a building stands there, or the scene is of the collocation form.
     """
     if not scene.inflows:
         return ()
-    about = lattice_of(scene), scene.terrain, scene.friction, scene.gravity
+    _check_form(scene)
+    about = scene.points, scene.terrain, scene.friction, scene.gravity
     found = tuple(entrance(each, *about) for each in scene.inflows)
     if scene.buildings is not None and any(each.placed.meets(scene.buildings) for each in found):
         raise ValueError("no building can stand at the section of an inflow")
     return found
 
 
-def gauges_of(scene: Scene) -> tuple[Placed, ...]:
+def gauges_of(scene: Scene) -> tuple[Placed | PlacedOnCloud, ...]:
     """Place the sections of a scene that discharge is measured at.
 
     Raises
     ------
     ValueError
-        If one lies outside the lattice, beside what `lattice_of` refuses.
+        If one lies outside the domain, or the scene is of the collocation form.
     """
     if not scene.sections:
         return ()
-    lattice = lattice_of(scene)
-    return tuple(place(each.line, lattice, scene.terrain, scene.gravity) for each in scene.sections)
+    _check_form(scene)
+    return tuple(placed_on(each.line, scene.points, scene.terrain, scene.gravity) for each in scene.sections)
 
 
-def lattice_of(scene: Scene) -> Lattice:
-    """Give the lattice that sections are placed on.
-
-    Raises
-    ------
-    ValueError
-        If the scene has none, or is of the collocation form.
-    """
-    if not isinstance(scene.points, Lattice) or isinstance(scene.scheme, Collocation):
-        raise ValueError("inflow and sections take the weighted-residual form on a lattice")
-    return scene.points
+def _check_form(scene: Scene) -> None:
+    if isinstance(scene.scheme, Collocation):
+        raise ValueError("inflow and sections take the weighted-residual form")
 
 
 def material_of(scene: Scene, deepest: float) -> Material:

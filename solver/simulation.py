@@ -157,9 +157,7 @@ def measured(run: Run, failed: bool) -> SectionResult | None:
     arrival = run.maxima.arrival
     reached = []
     for gauge in run.gauges:
-        row, column = gauge.downstream
-        inside = (row >= 0) & (row < arrival.shape[0]) & (column >= 0) & (column < arrival.shape[1])
-        found = arrival[row[inside], column[inside]]
+        found = gauge.below(arrival)
         reached.append(float(np.nanmin(found)) if np.isfinite(found).any() else np.nan)
     return SectionResult(times, volume, np.array(reached))
 

@@ -18,7 +18,6 @@ from pipeline.runs.run import Run
 from pipeline.runs.shared_points import SharedPoints
 from pipeline.scenario import solver_objects, structures
 from solver.inflow.entrance import depth_at_start
-from solver.points.lattice import Lattice
 
 if TYPE_CHECKING:
     from pipeline.settings.settings import GivenDepth, KindOfSide, Settings
@@ -126,7 +125,6 @@ def build_scene(run: Run, shared: SharedPoints) -> Prepared:
     )
     origin = laid.depth
     if scene.inflows:
-        assert isinstance(points, Lattice)
         origin = depth_at_start(
             laid.depth, scene.inflows, points, terrain, friction, settings.gravity, settings.latest_end
         )

@@ -32,7 +32,7 @@ def threshold(scenario: Scenario, points: Lattice | PointCloud) -> float:
     rasters = {} if scenario.ground is None else scenario.ground.rasters
     if settings.inflow:
         several = runs if settings.varied else runs[:1]
-        return DEFAULT_THRESHOLD * min(max(_depth(run), _comes_in(run, rasters)) for run in several)
+        return DEFAULT_THRESHOLD * min(max(_depth(run), _comes_in(run, points, rasters)) for run in several)
     shallowest = min(runs, key=_depth) if varied else runs[0]
     ground = structures.ground(shallowest.settings, rasters, shallowest.outlines)
     laid = solver_objects.laid(shallowest.settings, points, shallowest.outlines, ground)
@@ -52,8 +52,8 @@ def _depth(run: Run) -> float:
     return max(depths, default=0.0)
 
 
-def _comes_in(run: Run, rasters: Mapping[str, ElevationRaster]) -> float:
-    """Largest depth that flow comes in with, m."""
+def _comes_in(run: Run, points: Lattice | PointCloud, rasters: Mapping[str, ElevationRaster]) -> float:
+    """Largest depth that flow comes in with on points, m."""
     ground = structures.ground(run.settings, rasters, run.outlines)
     terrain = solver_objects.slope(run.settings.terrain, run.table) if ground is None else ground
-    return solver_objects.deepest_inflow(run.settings, terrain, run.hydrographs)
+    return solver_objects.deepest_inflow(run.settings, points, terrain, run.hydrographs)

@@ -195,8 +195,10 @@ class _Judge:
 
     def _sections(self, settings: Settings, terrain: SlopeProfile | ElevationModel) -> list[Problem]:
         """List what is wrong with where inflows and sections are."""
-        held, lattice = self.map_files.held, solver_objects.points(settings)
-        built = structures.buildings(settings, lattice, None if held is None else held.outlines)
+        built = None
+        if settings.structures:
+            outlines = None if self.map_files.held is None else self.map_files.held.outlines
+            built = structures.buildings(settings, solver_objects.points(settings), outlines)
         return [
             Problem(
                 (name, i, "section" if name == "inflow" else "line"),

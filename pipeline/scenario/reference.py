@@ -70,7 +70,8 @@ sweep: {structures.1.height: [0, 3, 5]}
 ```
 
 What comes in through a section, and where discharge is measured, are lists. `release` may be left out beside
-`inflow`. Both take a lattice and the weighted-residual form, and on a slope profile a `domain`:
+`inflow`. Both take the weighted-residual form, on an elevation model a lattice, and on a slope profile a
+`domain`:
 
 ```yaml
 inflow:

@@ -15,10 +15,11 @@ from pipeline.settings.generated import Generated
 from pipeline.settings.inflow import HydrographFile
 from pipeline.settings.physics import MaterialLaws
 from pipeline.settings.surface import ElevationTerrain, PolygonsRelease
+from solver.inflow.clouds import frame_of_bounds
 from solver.inflow.conditions import Inflow, Line, Section
-from solver.inflow.entrance import entrance, largest_depth
+from solver.inflow.entrance import check_on_cloud, entrance, largest_depth, placed_on
 from solver.inflow.hydrograph import Hydrograph, Triangle
-from solver.inflow.placement import outside, place
+from solver.inflow.placement import outside
 from solver.physics.earth_pressure import EarthPressure
 from solver.physics.elevation import ElevationModel, Surface
 from solver.physics.erosion import ErodibleBed
@@ -217,14 +218,26 @@ def misplaced(
     buildings: NDArray[np.bool_] | None = None,
 ) -> Iterator[tuple[str, int, str]]:
     """Say which inflows and sections cannot be placed: inflow or sections, its number, and why."""
-    lattice = points(settings)
-    assert isinstance(lattice, Lattice)
     friction, _ = laws(settings)
+    # the points of a cloud take long to place, and a line within its bounds always parts some of them
+    given, bounds = settings.points, extent(settings)
+    lattice = points(settings) if isinstance(given, points_settings.LatticePoints) else None
+    slack = 1e-6 * (lattice.spacing if isinstance(lattice, Lattice) else min(map(np.ptp, bounds)))
     for i, each in enumerate(inflows(settings, hydrographs)):
-        if off := _off(each.line, lattice):
+        if off := _off(each.line, bounds, slack):
             yield "inflow", i, off
             continue
         try:
+            if lattice is None:
+                assert not isinstance(terrain, Surface)
+                check_on_cloud(
+                    each,
+                    frame_of_bounds(*bounds, _mean_spacing(settings)),
+                    terrain,
+                    friction,
+                    settings.gravity,
+                )
+                continue
             found = entrance(each, lattice, terrain, friction, settings.gravity)
         except ValueError as error:
             yield "inflow", i, str(error)
@@ -232,32 +245,47 @@ def misplaced(
         if buildings is not None and found.placed.meets(buildings):
             yield "inflow", i, "expected a section clear of buildings, found one that meets a building"
     for i, section in enumerate(sections(settings)):
-        if off := _off(section.line, lattice):
+        if off := _off(section.line, bounds, slack):
             yield "sections", i, off
             continue
         try:
-            place(section.line, lattice, terrain, settings.gravity)
+            if lattice is not None:
+                placed_on(section.line, lattice, terrain, settings.gravity)
         except ValueError as error:
             yield "sections", i, str(error)
 
 
-def _off(line: Line, lattice: Lattice) -> str:
-    """Say which corner of a line lies outside a lattice, with all its digits; "" for none."""
-    if (corner := outside(line, lattice)) is None:
+def _mean_spacing(settings: Settings) -> float:
+    """Mean spacing of a cloud by its settings, m; 0 where its points are in a file."""
+    if isinstance(settings.points, points_settings.FilePoints):
+        return 0.0
+    if (spacing := settings.points.spacing) is not None:
+        return spacing
+    (x0, x1), (y0, y1) = extent(settings)
+    count = getattr(settings.points, "count", None)
+    return float(np.sqrt((x1 - x0) * (y1 - y0) / count)) if count else 0.0
+
+
+def _off(line: Line, extent: tuple[tuple[float, float], tuple[float, float]], slack: float) -> str:
+    """Say which corner of a line lies outside, with all its digits; "" for none."""
+    if (corner := outside(line, extent, slack)) is None:
         return ""
-    bounds = "x [{:.12g}, {:.12g}] and y [{:.12g}, {:.12g}]".format(*lattice.extent[0], *lattice.extent[1])
+    bounds = "x [{:.12g}, {:.12g}] and y [{:.12g}, {:.12g}]".format(*extent[0], *extent[1])
     return f"expected a section inside the domain, {bounds}, found [{corner[0]:.12g}, {corner[1]:.12g}]"
 
 
-def deepest_inflow(settings: Settings, terrain: Terrain | Surface, hydrographs: Hydrographs) -> float:
-    """Largest depth that flow comes in with until the latest end, m; 0 without inflows."""
+def deepest_inflow(
+    settings: Settings,
+    points: Lattice | PointCloud,
+    terrain: Terrain | Surface,
+    hydrographs: Hydrographs,
+) -> float:
+    """Largest depth that flow comes in with on points until the latest end, m; 0 without inflows."""
     if not settings.inflow:
         return 0.0
-    lattice = points(settings)
-    assert isinstance(lattice, Lattice)
     friction, _ = laws(settings)
     made = inflows(settings, hydrographs)
-    return largest_depth(made, lattice, terrain, friction, settings.gravity, settings.latest_end)
+    return largest_depth(made, points, terrain, friction, settings.gravity, settings.latest_end)
 
 
 @lru_cache(maxsize=8)

@@ -116,9 +116,10 @@ def unfit(settings: Settings) -> PydanticCustomError | None:
         listed = getattr(settings, name)
         if not listed:
             continue
-        if not isinstance(settings.points, LatticePoints):
+        if settings.on_surface and not isinstance(settings.points, LatticePoints):
             found = settings.points.layout
-            return relation(f"expected layout lattice with {name}, found {found}", "points.layout", name)
+            message = f"expected layout lattice with {name} on an elevation model, found {found}"
+            return relation(message, "points.layout", name)
         if settings.scheme.source is Collocation:
             return relation(
                 f"expected form weighted-residual with {name}, found collocation", "scheme.form", name

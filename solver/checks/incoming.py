@@ -18,16 +18,15 @@ class Coming(NamedTuple):
     ----------
     depth, speed : float
         In m and m s-1; critical speed at least.
-    rows, columns : array
-        Of the cells it comes to, (n,).
+    cells : tuple of array
+        Indices of the cells it comes to, each (n,): row and column on a lattice, number on a cloud.
     starts : array
         Times at which an inflow begins, s.
     """
 
     depth: float
     speed: float
-    rows: Indices
-    columns: Indices
+    cells: tuple[Indices, ...]
     starts: Array
 
 
@@ -41,8 +40,8 @@ def coming_in(scene: Scene) -> Coming | None:
     speeds = [each.speeds(q) for each, q in zip(found, peaks, strict=True)]
     units = [each.depths(q) * v for each, q, v in zip(found, peaks, speeds, strict=True)]
     critical = (scene.gravity * max(scene.earth_pressure.coefficients()) * np.concatenate(units)) ** (1 / 3)
-    rows, columns = (np.concatenate(each) for each in zip(*(e.placed.downstream for e in found), strict=True))
+    cells = tuple(np.concatenate(each) for each in zip(*(e.placed.cells for e in found), strict=True))
     graphs = [each.inflow.hydrograph for each in found]
     starts = [graph.times[max(0, int(np.flatnonzero(graph.discharges)[0]) - 1)] for graph in graphs]
     fastest = max(float(np.concatenate(speeds).max()), float(critical.max()))
-    return Coming(deepest, fastest, rows, columns, np.array(starts))
+    return Coming(deepest, fastest, cells, np.array(starts))

@@ -154,7 +154,7 @@ class Laws:
         limit = self.speed_limit(state.time)
         through = float((state.ledger[:, 0] - state.ledger[:, 1]) @ self.at_sides)
         if self.coming is not None and state.entered > 0:
-            through += state.entered * float(self.potential[self.coming.rows, self.coming.columns].max())
+            through += state.entered * float(self.potential[self.coming.cells].max())
         drop = self.height + through - self.total((state.h - state.eroded) * self.potential)
         inflow = came * (limit**2 / 2 + self.pressure * self.given)
         allowed = self.kinetic + self.pressed + inflow + drop + self.unresolved_of(state) + self.lift(state)
@@ -232,7 +232,11 @@ class Laws:
                 found &= (place > low + far) & (place < high - far)
         if self.coming is not None:
             near = RINGS + 1
-            for row, column in zip(self.coming.rows, self.coming.columns, strict=True):
-                rows, columns = (slice(max(0, k - near), k + near + 1) for k in (row, column))
-                found[rows, columns] = False
+            for cell in zip(*self.coming.cells, strict=True):
+                if len(cell) == 1:
+                    x, y = points.coordinates
+                    far = np.maximum(abs(x - x[cell]), abs(y - y[cell])) > near * np.sqrt(self.area.max())
+                    found &= far
+                else:
+                    found[tuple(slice(max(0, k - near), k + near + 1) for k in cell)] = False
         return np.asarray(found)

@@ -70,7 +70,7 @@ def speed_of_fall(scene: Scene, corners: Array, result: Result, coming: Coming |
     first = 0.0
     if coming is not None:
         released = released.copy()
-        released[coming.rows, coming.columns] = True
+        released[coming.cells] = True
         first = coming.speed + 2 * float(np.sqrt(scene.gravity * coming.depth))
     if not (released.any() and reached.any()):
         return float("inf")

@@ -10,8 +10,11 @@ from solver.cloud.faces import Faces
 from solver.cloud.flow_axes import Ways
 from solver.cloud.fluxes import CloudBuffers
 from solver.cloud.reconstruction import Gradient, Strain
+from solver.cloud.sections import Doors
 from solver.kernels.erosion import Erosion
 from solver.kernels.record import Record
+from solver.kernels.sections.inflow import Inflows
+from solver.kernels.sections.measured import Sections
 from solver.kernels.state import CloudBed, Fields, Material, Sides, Status
 
 
@@ -49,3 +52,6 @@ class CloudArrays(NamedTuple):
     buffers: CloudBuffers
     record: Record
     erosion: Erosion
+    inflows: Inflows
+    doors: Doors
+    sections: Sections

@@ -15,6 +15,7 @@ from solver.cloud.arrays import CloudArrays
 from solver.cloud.faces import ROOM, Faces, beyond, fill_ghosts_beyond, half_of
 from solver.cloud.fluxes import CloudBuffers, fluxes_through
 from solver.cloud.reconstruction import flatten_fed, flatten_leading, slopes_at
+from solver.cloud.sections import admit_into, close_doors, forget_above, measure_faces
 from solver.compiled import kernel
 from solver.kernels.boundary import account, stopped
 from solver.kernels.flow_axes import sheared
@@ -248,24 +249,28 @@ def cloud_stage(
     start, status, bed, material, sides = arrays.now, arrays.status, arrays.bed, arrays.material, arrays.sides
     area, faces, gradient = arrays.area, arrays.faces, arrays.gradient
     activity, buffers = arrays.activity, arrays.buffers
+    inflows, doors = arrays.inflows, arrays.doors
     first, first_side, runs = faces.first, faces.first_side, activity.stepped_runs
     if not sloped:
         for r in range(activity.counts[2]):
             a, b = activity.sloped_runs[r]
             slopes_at(now, gradient, a, b, material.dry, buffers.slopes)
             flatten_leading(now, bed.normal, a, b, buffers.slopes)
+            forget_above(now, gradient, doors, a, b, material.dry, buffers.slopes)
             flatten_fed(buffers.slopes, faces, sides, first_side[a // LANES], first_side[b // LANES])
     # boundary faces are few: all from the first to the last that take part
     a, b = first_side[runs[0, 0] // LANES], first_side[runs[activity.counts[0] - 1, 1] // LANES]
     fill_ghosts_beyond(now, status.beta_x, status.beta_y, faces, sides, a, b)
     fluxes_through(now, status, faces, sides, material.dry, buffers, faces.outer + a, faces.outer + b)
     stop_at_walls(now, status, faces, sides, area, buffers, a, b, dt)
+    close_doors(inflows, doors, now, status, faces, buffers, faces.outer + a, faces.outer + b)
     at, limited = 0, False
     for r in range(activity.counts[1]):
         low, high = activity.fluxed_runs[r] // LANES
         for block in range(low, high, SEGMENT):
             a, b = block, min(block + SEGMENT, high)
             fluxes_through(now, status, faces, sides, material.dry, buffers, first[a], first[b])
+            close_doors(inflows, doors, now, status, faces, buffers, first[a], first[b])
             # a cell is on the right of faces of earlier blocks only, so that those here are complete
             while at < activity.counts[0] and runs[at, 0] < b * LANES:
                 one, two = max(runs[at, 0], a * LANES), min(runs[at, 1], b * LANES)
@@ -278,12 +283,21 @@ def cloud_stage(
     if limited:
         for r in range(activity.counts[0]):
             limit_outflow(now, status, faces, area, runs[r, 0], runs[r, 1], dt, buffers)
+    if len(doors.face) > 0:
+        limited = True
+        for e in range(len(doors.face)):
+            if inflows.opened[inflows.section[e]] > 0.0:
+                buffers.limited[inflows.cell[e] // LANES] = 1.0
+    if limited:
         for block in range(len(buffers.limited)):
             if buffers.limited[block] > 0.0:
                 one, two = block * LANES, (block + 1) * LANES
                 add_up(buffers.halves, faces, one, two, buffers.gain)
+                if len(doors.face) > 0:
+                    admit_into(inflows, doors, block, now, status, faces, buffers)
                 update_run(start, now, out, status, bed, material, area, buffers.gain, one, two, part, dt)
                 buffers.limited[block] = 0.0
     for r in range(activity.counts[0]):
         for s in range(first_side[runs[r, 0] // LANES], first_side[runs[r, 1] // LANES]):
             account(-buffers.halves[0, faces.outer + s] * share * dt, faces.side[s], ledger)
+    measure_faces(arrays.sections, faces, activity, buffers.halves, share * dt)

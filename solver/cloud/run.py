@@ -15,8 +15,10 @@ from solver.cloud.flow_axes import ways_of
 from solver.cloud.fluxes import cloud_buffers
 from solver.cloud.operators import CloudOperators, prepare
 from solver.cloud.residual import cloud_stage
+from solver.cloud.sections import doors_of, no_doors, sections_of
 from solver.cloud.status import classify_cloud
 from solver.cloud.time_stepping import advance_cloud
+from solver.inflow.clouds import PlacedOnCloud
 from solver.kernels.earth_pressure import at_rest
 from solver.kernels.erosion import erosion_of
 from solver.kernels.record import Record, record_cells
@@ -100,7 +102,15 @@ class CloudRun(Run):
             self.erosion = erosion_of(
                 scene.erodible_bed, available, np.zeros_like(available), self.erosion.entrained
             )
-        self.rest_volume = scene.scheme.rest_share * self.volume
+        to_come = sum(each.inflow.hydrograph.volume_until(end) for each in self.entrances)
+        self.rest_volume = scene.scheme.rest_share * (self.volume + to_come)
+        self.doors = no_doors()
+        if self.entrances:
+            about = operators.tables.gradient, operators.cloud.points, self.bed.normal, widths
+            self.inflows, self.doors = doors_of(self.entrances, faces, *about)
+        gauges = [each for each in self.gauges if isinstance(each, PlacedOnCloud)]
+        if gauges:
+            self.sections = sections_of(gauges, np.asarray(scene.section_times, dtype=np.float64), faces)
         record_cells(self.now, 0, self.count, self.material.dry, arrival_depth, self.record, self.progress)
 
     @property
@@ -126,6 +136,9 @@ class CloudRun(Run):
             buffers=self.buffers,
             record=self.record,
             erosion=self.erosion,
+            inflows=self.inflows,
+            doors=self.doors,
+            sections=self.sections,
         )
 
     def _advance(self, target: float, max_steps: int) -> int:

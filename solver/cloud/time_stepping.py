@@ -6,6 +6,7 @@ from solver.arrays import Indices
 from solver.cloud.arrays import CloudArrays
 from solver.cloud.blocks import spread_blocks
 from solver.cloud.residual import cloud_stage
+from solver.cloud.sections import open_blocks
 from solver.cloud.status import classify_cloud
 from solver.compiled import kernel
 from solver.kernels.erosion import erode_cell
@@ -20,6 +21,8 @@ from solver.kernels.runge_kutta import (
     less_moving,
     march,
 )
+from solver.kernels.sections.inflow import await_inflow, begin_inflow
+from solver.kernels.sections.measured import sample
 from solver.kernels.state import DEPTH, LANES, Fields
 
 
@@ -79,8 +82,12 @@ def moving_volume_exceeds(arrays: CloudArrays, volume: float, started: bool) -> 
 def begin_step(arrays: CloudArrays, limits: Limits, progress: Progress) -> tuple[int, float, int]:
     """Find what is to be stepped, whether anything moves, and the largest wave rate, s-1."""
     rate = classify_cloud(arrays)
+    waits = progress.time[0] < arrays.inflows.until[0]
+    if waits:
+        rate = await_inflow(arrays.inflows, progress.time[0], limits, rate)
+        open_blocks(arrays.inflows, arrays.status.static, arrays.activity.moving)
     cells = spread_blocks(arrays.status.static, arrays.faces, arrays.blocks, arrays.activity)
-    moves = moving_volume_exceeds(arrays, limits.rest_volume, progress.steps[0] > 0)
+    moves = waits or moving_volume_exceeds(arrays, limits.rest_volume, progress.steps[0] > 0)
     return CONTINUE if moves else AT_REST, rate, cells
 
 
@@ -95,7 +102,10 @@ def take_stage(
     now, one, two = arrays.now, arrays.first_stage, arrays.second_stage
     source = now if k == 0 else (one if k % 2 == 1 else two)
     out = one if k % 2 == 0 else two
-    cloud_stage(arrays, source, out, part, share, dt, progress.ledger, k == 0)
+    if k == 0 and len(arrays.inflows.cell) > 0:
+        begin_inflow(arrays.inflows, progress.time[0], dt)
+    if cells > 0:
+        cloud_stage(arrays, source, out, part, share, dt, progress.ledger, k == 0)
     if k == len(SSP_RK3) - 1:
         if arrays.erosion.available.size > 0:
             erode(arrays, one, dt)
@@ -108,7 +118,9 @@ def take_stage(
 
 @kernel(as_source=True, cached=False)
 def end_step(arrays: CloudArrays, limits: Limits, progress: Progress) -> int:
-    """Record the maxima, and look for values that are not finite."""
+    """Record the maxima and what passed sections, and look for values that are not finite."""
+    if len(arrays.sections.volume) > 0:
+        sample(arrays.sections, progress.time[0])
     dry, threshold = arrays.material.dry, limits.arrival_depth
     for start, stop in arrays.activity.stepped_runs[: arrays.activity.counts[0]]:
         if not record_cells(arrays.now, start, stop, dry, threshold, arrays.record, progress):

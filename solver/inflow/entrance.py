@@ -1,19 +1,25 @@
-"""Inflows on a lattice: their faces, and the depth that a discharge has there."""
+"""Inflows on a lattice or a cloud: their faces, and the depth that a discharge has there."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from solver.arrays import Array
-from solver.inflow.conditions import Inflow, Rating, rating_of
-from solver.inflow.placement import Placed, place
+from solver.inflow.clouds import PlacedOnCloud, place_on_cloud
+from solver.inflow.conditions import Inflow, Line, Rating, rating_of
+from solver.inflow.placement import Frame, Placed, heading, place
 from solver.physics.elevation import Surface
 from solver.physics.friction import Friction
 from solver.physics.terrain import Terrain
 from solver.points.lattice import Lattice
+
+if TYPE_CHECKING:
+    # compiled code takes longer to import than a scenario to check
+    from solver.points.cloud import PointCloud
 
 _HALVINGS = 100
 
@@ -29,7 +35,7 @@ class Entrance:
     """
 
     inflow: Inflow
-    placed: Placed
+    placed: Placed | PlacedOnCloud
     rating: Rating
     slant: float
 
@@ -62,67 +68,98 @@ class Entrance:
         return float(self.depths(peak).max()) if peak > 0 else 0.0
 
 
+def placed_on(
+    line: Line, points: Lattice | PointCloud, terrain: Terrain | Surface, gravity: float
+) -> Placed | PlacedOnCloud:
+    """Place a section on points.
+
+    Raises
+    ------
+    ValueError
+        If it lies outside, has no length, or parts no cells.
+    """
+    if isinstance(points, Lattice):
+        return place(line, points, terrain, gravity)
+    return place_on_cloud(line, points, terrain, gravity)
+
+
 def entrance(
-    inflow: Inflow, lattice: Lattice, terrain: Terrain | Surface, friction: Friction, gravity: float
+    inflow: Inflow,
+    points: Lattice | PointCloud,
+    terrain: Terrain | Surface,
+    friction: Friction,
+    gravity: float,
 ) -> Entrance:
-    """Place an inflow on a lattice.
+    """Place an inflow on points.
 
     Raises
     ------
     ValueError
         If the section lies outside, on no data, or beside them, or has no normal depth where that is asked.
     """
-    placed = place(inflow.line, lattice, terrain, gravity)
-    row, column = placed.downstream
-    ny, nx = lattice.shape
-    good = (row >= 0) & (row < ny) & (column >= 0) & (column < nx)
+    placed = placed_on(inflow.line, points, terrain, gravity)
     slant = 1.0
-    if isinstance(terrain, Surface):
-        gaps = terrain.gaps(lattice.x_points, lattice.y_points)
-        good &= ~gaps[row.clip(0, ny - 1), column.clip(0, nx - 1)]
-        slant = placed.normal / gravity
+    if isinstance(placed, PlacedOnCloud):
+        good = placed.downstream >= 0
+    else:
+        assert isinstance(points, Lattice)
+        row, column = placed.downstream
+        ny, nx = points.shape
+        good = (row >= 0) & (row < ny) & (column >= 0) & (column < nx)
+        if isinstance(terrain, Surface):
+            gaps = terrain.gaps(points.x_points, points.y_points)
+            good &= ~gaps[row.clip(0, ny - 1), column.clip(0, nx - 1)]
+            slant = placed.normal / gravity
     good &= placed.width > 0
     if not good.any():
         raise ValueError("expected a section with the domain below it, found one that nothing comes in from")
-    placed = replace(
-        placed,
-        **{
-            name: getattr(placed, name)[good]
-            for name in ("along_x", "row", "column", "sign", "width", "bottom")
-        },
-    )
+    placed = placed.only(good)
     return Entrance(inflow, placed, rating_of(inflow, friction, placed.along, placed.normal, gravity), slant)
+
+
+def check_on_cloud(
+    inflow: Inflow, frame: Frame, terrain: Terrain, friction: Friction, gravity: float
+) -> None:
+    """Look at what can be known of an inflow on a cloud in a frame before its points are placed.
+
+    Raises
+    ------
+    ValueError
+        If the section lies outside, or has no normal depth where that is asked.
+    """
+    found = heading(inflow.line, frame, terrain, gravity)
+    rating_of(inflow, friction, found.along, found.normal, gravity)
 
 
 def largest_depth(
     inflows: Sequence[Inflow],
-    lattice: Lattice,
+    points: Lattice | PointCloud,
     terrain: Terrain | Surface,
     friction: Friction,
     gravity: float,
     until: float,
 ) -> float:
     """Largest depth that flow comes in with up to a time, m; 0 without any inflow."""
-    found = [entrance(each, lattice, terrain, friction, gravity).largest_depth(until) for each in inflows]
+    found = [entrance(each, points, terrain, friction, gravity).largest_depth(until) for each in inflows]
     return max(found, default=0.0)
 
 
 def depth_at_start(
     depth: Array,
     inflows: Sequence[Inflow],
-    lattice: Lattice,
+    points: Lattice | PointCloud,
     terrain: Terrain | Surface,
     friction: Friction,
     gravity: float,
     until: float,
 ) -> Array:
-    """Give an initial depth (ny, nx), m, with the largest depths of what comes in where it does.
+    """Give an initial depth, of the shape of the points, m, with the largest depths of what comes in.
 
     It says where a flow is from; nothing lies there at the start.
     """
     found = np.array(depth, dtype=np.float64)
     for each in inflows:
-        made = entrance(each, lattice, terrain, friction, gravity)
+        made = entrance(each, points, terrain, friction, gravity)
         peak = each.hydrograph.peak_until(until)
         if peak > 0:
             np.maximum.at(found, made.placed.downstream, made.depths(peak))

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from solver.arrays import Array, Indices
 from solver.compiled import kernel
+
+if TYPE_CHECKING:
+    from solver.inflow.entrance import Entrance
 
 
 class Hydrographs(NamedTuple):
@@ -118,3 +122,32 @@ def no_hydrographs() -> Hydrographs:
     """Give what kernels are given where nothing comes in."""
     whole, real = np.zeros(0, np.int64), np.zeros(0)
     return Hydrographs(whole, real, real, real, whole, real, real, real)
+
+
+def graphs_of(entrances: Sequence[Entrance]) -> dict[str, Any]:
+    """Give what kernels know of whole sections, by the names of `solver.kernels.sections.inflow.Inflows`."""
+    graphs = [each.inflow.hydrograph for each in entrances]
+    ratings = [each.rating for each in entrances]
+    count = len(entrances)
+    return {
+        "graphs": Hydrographs(
+            _starts(len(each.times) for each in graphs),
+            np.concatenate([each.times for each in graphs]),
+            np.concatenate([each.discharges for each in graphs]),
+            np.concatenate([each.volumes for each in graphs]),
+            _starts(len(each.log_depth) for each in ratings),
+            np.concatenate([each.log_depth for each in ratings]),
+            np.concatenate([each.log_discharge for each in ratings]),
+            np.array([each.fixed for each in ratings]),
+        ),
+        # exact sums, so that mirror images have the same
+        "total": np.array([math.fsum(each.placed.width) for each in entrances]),
+        "opened": np.zeros(count),
+        "flowing": np.zeros(count),
+        "entered": np.zeros(count),
+        "until": np.array([max(each.last for each in graphs)]),
+    }
+
+
+def _starts(lengths: Iterable[int]) -> Indices:
+    return np.concatenate(([0], np.cumsum(np.fromiter(lengths, np.int64))))

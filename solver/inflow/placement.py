@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,6 +59,22 @@ class Placed:
         back = (self.sign < 0).astype(np.int64)
         return self.row - back * (1 - self.along_x), self.column - back * self.along_x
 
+    @property
+    def cells(self) -> tuple[Indices, ...]:
+        """Indices of the cells that flow goes to: rows and columns."""
+        return self.downstream
+
+    def below(self, values: Array) -> Array:
+        """Values (ny, nx) at the cells inside the lattice that flow goes to."""
+        row, column = self.downstream
+        inside = (row >= 0) & (row < values.shape[0]) & (column >= 0) & (column < values.shape[1])
+        return np.asarray(values[row[inside], column[inside]])
+
+    def only(self, good: NDArray[np.bool_]) -> Placed:
+        """Give the section with those of its faces that are true, shape (n,)."""
+        names = "along_x", "row", "column", "sign", "width", "bottom"
+        return replace(self, **{name: getattr(self, name)[good] for name in names})
+
     def meets(self, cells: NDArray[np.bool_]) -> bool:
         """Whether one of the cells that are true, shape (ny, nx), is on a side of a face."""
         for back in (0, 1):
@@ -68,31 +85,77 @@ class Placed:
         return False
 
 
-def outside(line: Line, lattice: Lattice) -> Point | None:
-    """Give a corner of a line that lies outside the cells of a lattice; None where all are inside."""
-    slack = _NEARLY * lattice.spacing
+class Frame(NamedTuple):
+    """Where cells are, as far as the direction of a section depends on it.
+
+    Parameters
+    ----------
+    extent : tuple
+        Bounds of the cells along x and y, m.
+    reach : tuple of float
+        What is as near to a side, along x and along y, is along it, m.
+    spacing : float
+        Distance at which the bed is looked at along a line, m.
+    lattice : Lattice, optional
+        What a surface is looked at on; None on a cloud.
+    """
+
+    extent: tuple[Point, Point]
+    reach: Point
+    spacing: float
+    lattice: Lattice | None = None
+
+
+class Heading(NamedTuple):
+    """Which way flow goes through a line.
+
+    Parameters
+    ----------
+    line : tuple of (x, y)
+        Its corners, from the lesser end on, m.
+    way : tuple of float
+        Unit vector of the flow in plan.
+    along, normal : float
+        Gravity along the flow and normal to the bed, m s-2.
+    flip : bool
+        Whether flow goes to the left hand of who walks along this line.
+    """
+
+    line: Line
+    way: Point
+    along: float
+    normal: float
+    flip: bool
+
+
+def frame_of(lattice: Lattice) -> Frame:
+    """Give the frame of a lattice: what is in the outer half of its outermost cells is along a side."""
+    near = 0.5 + _NEARLY
+    return Frame(lattice.extent, (near * lattice.dx, near * lattice.dy), lattice.spacing, lattice)
+
+
+def outside(line: Line, extent: tuple[Point, Point], slack: float) -> Point | None:
+    """Give a corner of a line that is more than ``slack`` outside bounds, m; None where all are inside."""
     for place in line:
-        for at, (low, high) in zip(place, lattice.extent, strict=True):
+        for at, (low, high) in zip(place, extent, strict=True):
             if not low - slack <= at <= high + slack:
                 return place
     return None
 
 
-def place(line: Line, lattice: Lattice, terrain: Terrain | Surface, gravity: float) -> Placed:
-    """Find the faces of a lattice that stand for a line, and which way flow goes through it.
+def heading(line: Line, frame: Frame, terrain: Terrain | Surface, gravity: float) -> Heading:
+    """Find which way flow goes through a line.
 
-    Flow goes inward where all of the line lies along one side of the lattice, else down the bed, and where
-    that is level to the right hand of who walks along the line. Corners of the line are moved to corners of
-    cells, its ends outward: each cell that it touches belongs to it. On a surface it stays off the outermost
-    cells, which are drains.
+    It is inward where all of the line lies along one side, else down the bed, and where that is level to the
+    right hand of who walks along the line.
 
     Raises
     ------
     ValueError
-        If the line lies outside the lattice, or has no length.
+        If the line lies outside, or has no length.
     """
-    if (off := outside(line, lattice)) is not None:
-        (x0, x1), (y0, y1) = lattice.extent
+    if (off := outside(line, frame.extent, _NEARLY * frame.spacing)) is not None:
+        (x0, x1), (y0, y1) = frame.extent
         bounds = f"x [{x0:g}, {x1:g}] and y [{y0:g}, {y1:g}]"
         raise ValueError(f"expected a section inside the domain, {bounds}, found [{off[0]:g}, {off[1]:g}]")
     # the faces do not depend on the end that a line was drawn from
@@ -103,11 +166,27 @@ def place(line: Line, lattice: Lattice, terrain: Terrain | Surface, gravity: flo
     if not length > 0:
         raise ValueError("expected a section with two ends, found one whose ends coincide")
     way = (d - b) / length, -(c - a) / length
-    along, normal = _gravity(line, lattice, terrain, gravity, way)
-    inward = _inward(line, lattice, way)
+    along, normal = _gravity(line, frame, terrain, gravity, way)
+    inward = _inward(line, frame, way)
     flip = inward < 0 if inward else along < 0 or (along == 0 and backward)
     if flip:
         way, along = (-way[0], -way[1]), -along
+    return Heading(line, way, along, normal, flip)
+
+
+def place(line: Line, lattice: Lattice, terrain: Terrain | Surface, gravity: float) -> Placed:
+    """Find the faces of a lattice that stand for a line, and which way flow goes through it.
+
+    The direction is that of `heading`. Corners of the line are moved to corners of
+    cells, its ends outward: each cell that it touches belongs to it. On a surface it stays off the outermost
+    cells, which are drains.
+
+    Raises
+    ------
+    ValueError
+        If the line lies outside the lattice, or has no length.
+    """
+    line, way, along, normal, flip = heading(line, frame_of(lattice), terrain, gravity)
     corners = _corners(line, lattice, way, 1 if isinstance(terrain, Surface) else 0)
     faces = [face for start, end in pairwise(corners) for face in _steps(start, end)]
     row, column, right = (np.array([face[k] for face in faces], np.int64) for k in (1, 2, 3))
@@ -128,11 +207,14 @@ def place(line: Line, lattice: Lattice, terrain: Terrain | Surface, gravity: flo
 
 
 def _gravity(
-    line: Line, lattice: Lattice, terrain: Terrain | Surface, gravity: float, way: Point
+    line: Line, frame: Frame, terrain: Terrain | Surface, gravity: float, way: Point
 ) -> tuple[float, float]:
     """Gravity along a direction in plan and normal to the bed, means over a line, m s-2."""
-    x, y = _along(line, lattice.spacing)
+    x, y = _along(line, frame.spacing)
     if isinstance(terrain, Surface):
+        lattice = frame.lattice
+        if lattice is None:
+            raise ValueError("expected a lattice with a section on an elevation model")
         edges = [edges_of(a, lattice.dx) for a in (lattice.x_points, lattice.y_points)]
         b_x, b_y = plan_slopes(terrain.corners(*edges), lattice.dx)
         i, j = (
@@ -159,14 +241,13 @@ def _along(line: Line, spacing: float) -> tuple[Array, Array]:
     return x, y
 
 
-def _inward(line: Line, lattice: Lattice, way: Point) -> float:
-    """Component inward of a direction if a line lies along one side of the lattice; 0 if it does not."""
-    for axis, (low, high) in enumerate(lattice.extent):
-        size = (lattice.dx, lattice.dy)[axis]
+def _inward(line: Line, frame: Frame, way: Point) -> float:
+    """Component inward of a direction if a line lies along one side; 0 if it does not."""
+    for axis, (low, high) in enumerate(frame.extent):
         places = [corner[axis] for corner in line]
-        if all(at <= low + (0.5 + _NEARLY) * size for at in places):
+        if all(at <= low + frame.reach[axis] for at in places):
             return way[axis]
-        if all(at >= high - (0.5 + _NEARLY) * size for at in places):
+        if all(at >= high - frame.reach[axis] for at in places):
             return -way[axis]
     return 0.0
 

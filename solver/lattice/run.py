@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.arrays import Array
+from solver.inflow.placement import Placed
 from solver.kernels import runge_kutta
 from solver.kernels.earth_pressure import at_rest
 from solver.kernels.erosion import erosion_of
@@ -193,7 +194,8 @@ class LatticeRun(Run):
             self.inflows.entered[: len(entered)] = entered
         if self.gauges:
             times = np.asarray(self.scene.section_times, dtype=np.float64)
-            self.sections = sections_of(self.gauges, times, self.window, self._flux_sizes, self.sections)
+            gauges = [each for each in self.gauges if isinstance(each, Placed)]
+            self.sections = sections_of(gauges, times, self.window, self._flux_sizes, self.sections)
 
     @property
     def _flux_sizes(self) -> tuple[float, float]:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from math import fsum
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -11,10 +10,10 @@ from numpy.typing import NDArray
 
 from solver.arrays import Array, Indices
 from solver.inflow.entrance import Entrance
-from solver.inflow.hydrograph_kernels import Hydrographs
+from solver.inflow.hydrograph_kernels import graphs_of
 from solver.inflow.placement import Placed
 from solver.kernels.sections.inflow import HIGH_X, HIGH_Y, LOW_X, LOW_Y, Inflows
-from solver.kernels.sections.measured import Sections
+from solver.kernels.sections.measured import Sections, begun
 from solver.kernels.state import GHOSTS
 from solver.lattice.window import Window
 
@@ -72,6 +71,7 @@ def doors_of(entrances: Sequence[Entrance], window: Window, stride: int) -> Door
     found = []
     for k, each in enumerate(entrances):
         placed = each.placed
+        assert isinstance(placed, Placed)
         row, column = placed.downstream
         side = np.where(
             placed.along_x,
@@ -100,8 +100,6 @@ def inflows_of(entrances: Sequence[Entrance], doors: Doors, rows: int, geometry:
     n = len(doors.cell)
     flux_row = doors.row - (doors.side == LOW_Y)
     order = np.argsort(flux_row, kind="stable")
-    graphs = [each.inflow.hydrograph for each in entrances]
-    ratings = [each.rating for each in entrances]
     return Inflows(
         first=np.searchsorted(doors.row, np.arange(rows + 1)),
         closed=np.searchsorted(flux_row[order], np.arange(rows + 1)),
@@ -118,28 +116,9 @@ def inflows_of(entrances: Sequence[Entrance], doors: Doors, rows: int, geometry:
         mass=np.zeros(n),
         depth=np.zeros(n),
         speed=np.zeros(n),
-        graphs=Hydrographs(
-            _starts(len(each.times) for each in graphs),
-            np.concatenate([each.times for each in graphs]),
-            np.concatenate([each.discharges for each in graphs]),
-            np.concatenate([each.volumes for each in graphs]),
-            _starts(len(each.log_depth) for each in ratings),
-            np.concatenate([each.log_depth for each in ratings]),
-            np.concatenate([each.log_discharge for each in ratings]),
-            np.array([each.fixed for each in ratings]),
-        ),
-        # exact sums, so that mirror images have the same
-        total=np.array([fsum(each.placed.width) for each in entrances]),
-        opened=np.zeros(len(entrances)),
-        flowing=np.zeros(len(entrances)),
-        entered=np.zeros(len(entrances)),
-        until=np.array([max(each.last for each in graphs)]),
+        **graphs_of(entrances),
         before=np.zeros((4, n)),
     )
-
-
-def _starts(lengths: Iterable[int]) -> Indices:
-    return np.concatenate(([0], np.cumsum(np.fromiter(lengths, np.int64))))
 
 
 def sections_of(
@@ -177,12 +156,7 @@ def sections_of(
     order = np.flatnonzero(inside)
     order = order[np.argsort(row[order], kind="stable")]
     weight = sign * np.where(along_x, *sizes)
-    held = before
-    if len(before.volume) != len(gauges):
-        count, n = len(times), len(gauges)
-        held = before._replace(
-            volume=np.zeros(n), times=times, series=np.full((count, n), np.nan), last=np.zeros(1 + n)
-        )
+    held = before if len(before.volume) == len(gauges) else begun(len(gauges), times)
     return held._replace(
         first=np.searchsorted(row[order], np.arange(rows + 1)),
         along_x=along_x[order].astype(np.int64),

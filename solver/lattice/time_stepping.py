@@ -18,7 +18,7 @@ from solver.kernels.runge_kutta import (
     Progress,
     march,
 )
-from solver.kernels.sections.inflow import await_inflow, begin_inflow
+from solver.kernels.sections.inflow import await_inflow, begin_inflow, open_rows
 from solver.kernels.sections.measured import sample
 from solver.kernels.state import GHOSTS, Fields, Grid
 from solver.lattice.arrays import LatticeArrays
@@ -93,8 +93,8 @@ def begin_step(arrays: LatticeArrays, limits: Limits, progress: Progress) -> tup
     rate = max(rate, beside)
     waits = progress.time[0] < arrays.inflows.until[0]
     if waits:
-        about = status.static, spans.wet, spans.moving
-        rate = await_inflow(arrays.inflows, progress.time[0], limits, rate, *about)
+        rate = await_inflow(arrays.inflows, progress.time[0], limits, rate)
+        open_rows(arrays.inflows, status.static, spans.wet, spans.moving)
     rows = spread(spans, status.static, sides, grid)
     first, last, started = rows[0], rows[1], progress.steps[0] > 0
     outcome = CONTINUE

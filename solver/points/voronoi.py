@@ -60,9 +60,14 @@ class ControlVolumes:
     side_midpoint: Array
 
     @property
+    def outward(self) -> Array:
+        """Unit vectors from the left cells of all faces to what is beyond, boundary faces last, (e, 2)."""
+        return np.concatenate([self.normal, SIDE_NORMALS[self.side]])
+
+    @property
     def edges(self) -> tuple[Array, Array]:
         """Start and end of all faces, anticlockwise around the left cell, boundary faces last, (e, 2), m."""
-        outward = np.concatenate([self.normal, SIDE_NORMALS[self.side]])
+        outward = self.outward
         half = np.concatenate([self.length, self.side_length])[:, None] / 2
         middle = np.concatenate([self.midpoint, self.side_midpoint])
         along = half * np.stack([-outward[:, 1], outward[:, 0]], axis=1)

@@ -15,7 +15,7 @@ from solver.kernels.runge_kutta import (
     Progress,
     march,
 )
-from solver.kernels.sections.inflow import await_inflow, begin_inflow
+from solver.kernels.sections.inflow import await_inflow, begin_inflow, open_rows
 from solver.kernels.sections.measured import sample
 from solver.kernels.state import GHOSTS, Fields, Grid
 from solver.lattice.spans import comes_to, copy_surroundings, spread
@@ -78,7 +78,8 @@ def begin_step(arrays: SurfaceArrays, limits: Limits, progress: Progress) -> tup
     rate = max(rate, classify_edges_beside(now, static, pressure, *about, spans))
     waits = progress.time[0] < arrays.inflows.until[0]
     if waits:
-        rate = await_inflow(arrays.inflows, progress.time[0], limits, rate, static, spans.wet, spans.moving)
+        rate = await_inflow(arrays.inflows, progress.time[0], limits, rate)
+        open_rows(arrays.inflows, static, spans.wet, spans.moving)
     rows = spread(spans, static, arrays.sides, grid)
     first, last, started = rows[0], rows[1], progress.steps[0] > 0
     outcome = CONTINUE

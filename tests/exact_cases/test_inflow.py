@@ -4,14 +4,21 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
 import solver
 from solver.inflow.conditions import DEPTHS, resistance_of, uniform_speed
 from solver.inflow.entrance import entrance
 from solver.physics.constants import GRAVITY as G
 from solver.physics.friction import Bingham, Chezy, Manning, OBrien
-from solver.verification.inflow_cases import fed, front_errors, front_exact, steady_errors, voellmy
+from solver.verification.inflow_cases import (
+    backwater,
+    fed,
+    front_errors,
+    front_exact,
+    steady_errors,
+    voellmy,
+    zone_errors,
+)
 
 RISE = solver.Hydrograph(np.array([0.0, 5.0, 20.0]), np.array([0.0, 10.0, 0.0]))
 
@@ -99,17 +106,14 @@ def test_the_steady_profile_below_a_section_of_given_depth_converges_in_second_o
     assert (np.array(steep) > 1.7).all()
 
 
-def backwater(depth, discharge, slope, coefficient, turbulent_friction, x):
-    """Steady depth above a place x = 100 where it is given, by its ordinary differential equation."""
-    xi = np.radians(slope)
-
-    def slope_of_depth(_, h):
-        drive = G * h * (np.sin(xi) - coefficient * np.cos(xi)) - G * discharge**2 / (
-            turbulent_friction * h**2
-        )
-        return drive / (G * np.cos(xi) * h - discharge**2 / h**2)
-
-    return solve_ivp(slope_of_depth, (100, 0), [depth], rtol=1e-10, dense_output=True).sol(x)[0]
+@pytest.mark.parametrize("seed", [None, 0], ids=["lattice", "cloud"])
+def test_the_steady_profile_in_a_zone_of_rougher_bed_converges_in_second_order(seed):
+    errors = [np.abs(zone_errors(d, seed))[:4] for d in (2.0, 1.0, 0.5)]
+    assert errors[-1].max() < 4e-5
+    # on a cloud over two halvings, as no two are alike
+    if seed is None:
+        assert errors[0].max() > 3.2 * errors[1].max()
+    assert errors[0].max() > 9 * errors[2].max()
 
 
 @pytest.mark.parametrize("share", [0.9, 1.3])

@@ -86,11 +86,6 @@ def refused(tmp_path):
             "a.yaml:8:105: inflow.0.hydrograph.peak_discharge: expected a number above 0, found -1",
         ),
         (
-            "{spacing: 2}",
-            "{layout: poisson-disc, spacing: 2}",
-            "a.yaml:4:18: points.layout: expected layout lattice with inflow, found poisson-disc",
-        ),
-        (
             "time:",
             "scheme: {form: collocation}\ntime:",
             "a.yaml:6:16: scheme.form: expected form weighted-residual with inflow, found collocation",
@@ -124,6 +119,31 @@ def refused(tmp_path):
 )
 def test_what_cannot_be_is_refused_at_its_place(refused, old, new, message):
     assert refused((BASE + INFLOW).replace(old, new, 1)) == [message]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        (
+            "[20, 8]",
+            "[200, 8]",
+            "inflow.0.section: expected a section inside the domain, x [0, 100] and y [-10, 10], found [200, 8]",
+        ),
+        (
+            "friction_coefficient: 0.1, turbulent_friction: 300",
+            "bed_friction: 8",
+            "inflow.0.section: expected froude or speed at inflow apex, as there is no normal depth with this law of friction",
+        ),
+        (
+            "angle: 15",
+            "angle: 4",
+            "inflow.0.section: expected froude or speed at inflow apex, as the bed falls by 4 degrees there, where friction holds the flow and there is no normal depth",
+        ),
+    ],
+)
+def test_the_same_is_refused_on_a_cloud(refused, old, new, message):
+    text = (BASE + INFLOW).replace("{spacing: 2}", "{layout: poisson-disc, spacing: 2}")
+    assert refused(text.replace(old, new, 1)) == [f"a.yaml:8:27: {message}"]
 
 
 @pytest.mark.parametrize(

@@ -60,8 +60,9 @@ ALONG_FLOW = 0.4
 # Share of the scenes of the conservative form on a bed that erodes; drawn apart, so that all else of a scene
 # is as it would be without.
 ERODING, OF_EROSION = 0.25, 19
-# what inflows are drawn by, beside seed and number of a scene
-INFLOW = 20
+# What inflows are drawn by, beside seed and number of a scene; on clouds they were drawn later, for half of
+# the scenes.
+INFLOW, INFLOW_ON_CLOUD, DRAWN_ON_CLOUD = 20, 31, 0.5
 # Share of the scenes of the conservative form that are drawn wider, apart too.
 WIDER, OF_WIDER = 0.15, 23
 # Share of the scenes that are on elevation models, in place of those that they would be.
@@ -162,13 +163,19 @@ def draw(seed: int, number: int) -> Drawn:
         },
     }
     comes_in = "none"
-    if kind == "lattice":
-        # drawn apart, so that scenes without are those that they were
-        own = np.random.default_rng([seed, number, INFLOW])
+    # drawn apart, so that scenes without are those that they were
+    own = np.random.default_rng([seed, number, INFLOW if kind == "lattice" else INFLOW_ON_CLOUD])
+    if kind == "lattice" or (kind == "cloud" and own.random() < DRAWN_ON_CLOUD):
         about = terrain, material, data["domain"], spacing, data["time"]["end"], gravity
         inflow, comes_in = draw_inflow(own, *about)
         if inflow:
             data["inflow"] = inflow
+            if kind == "cloud":
+                # rounded ends may be outside, where a lattice has half a cell more
+                ends = np.clip(
+                    inflow[0]["section"], *np.transpose([data["domain"]["x"], data["domain"]["y"]])
+                )
+                inflow[0]["section"] = ends.tolist()
             if own.random() < 0.3:
                 del data["release"]
     if kind == "collocation":

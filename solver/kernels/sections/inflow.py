@@ -36,14 +36,17 @@ class Inflows(NamedTuple):
     Attributes
     ----------
     first, closed, order
-        The faces of the cells of padded row j are ``first[j]`` to ``first[j + 1]``. Fluxes found with row j
-        are those of the faces ``order[k]``, k from ``closed[j]`` to ``closed[j + 1]``.
+        The faces of the cells of padded row j, or of block j of a cloud, are ``first[j]`` to
+        ``first[j + 1]``. Fluxes found with row j are those of the faces ``order[k]``, k from ``closed[j]`` to
+        ``closed[j + 1]``.
     cell, column, side, section
-        Index of the cell that flow comes into, its column, the side of it, the number of the section.
+        Index of the cell that flow comes into, its column, the side of it, the number of the section. On a
+        cloud nothing is said of columns and sides, and ``closed`` and ``order`` are empty.
     sign
-        1 where flow comes in toward the high side of the face, else -1.
+        1 where flow comes in toward the high side of the face, the right one on a cloud, else -1.
     along, across
-        Components of the direction of flow normal to the face, in the direction of the lattice, and along it.
+        Components of the direction of flow normal to the face, in the direction of the lattice or from the
+        left cell to the right one, and along it.
     own
         Components of the normal of the face in the frame of the cell, shape (2, faces).
     width, length, bottom, slant
@@ -157,10 +160,8 @@ def fill_section(inflows: Inflows, k: int, discharge: float) -> None:
 
 
 @kernel()
-def await_inflow(
-    inflows: Inflows, time: float, limits: Limits, rate: float, static: Array, wet: Indices, moving: Indices
-) -> float:
-    """Let what comes in before long count in the length of the step, and its cells take part in it.
+def await_inflow(inflows: Inflows, time: float, limits: Limits, rate: float) -> float:
+    """Let what comes in before long count in the length of the step, and open the sections that it passes.
 
     Parameters
     ----------
@@ -168,10 +169,6 @@ def await_inflow(
         At the start of the step, s.
     rate : float
         Largest wave rate of what flows already, s-1.
-    static : flat array
-        Status of the cells, set to 0 where flow comes in.
-    wet, moving : (2, rows) arrays
-        Spans of padded rows, which are made to hold these cells.
 
     Returns
     -------
@@ -202,6 +199,20 @@ def await_inflow(
     for k in range(len(inflows.flowing)):
         soon = next_flow(inflows.graphs, k, time) - time <= 2.0 * limits.shortest
         inflows.opened[k] = 1.0 if soon else 0.0
+    return rate
+
+
+@kernel()
+def open_rows(inflows: Inflows, static: Array, wet: Indices, moving: Indices) -> None:
+    """Let the cells of a lattice that flow comes into take part in a step.
+
+    Parameters
+    ----------
+    static : flat array
+        Status of the cells, set to 0 where flow comes in.
+    wet, moving : (2, rows) arrays
+        Spans of padded rows, which are made to hold these cells.
+    """
     for j in range(len(inflows.first) - 1):
         for e in range(inflows.first[j], inflows.first[j + 1]):
             if inflows.opened[inflows.section[e]] > 0.0:
@@ -211,7 +222,6 @@ def await_inflow(
                         spans[0, j], spans[1, j] = min(spans[0, j], c), max(spans[1, j], c + 1)
                     else:
                         spans[0, j], spans[1, j] = c, c + 1
-    return rate
 
 
 @kernel()
@@ -292,6 +302,28 @@ def inflow_depth(mass: float, inside: float, h: float, beta: float) -> float:
 
 
 @kernel()
+def state_in_door(
+    depth: float, speed: float, along: float, inside: float, h: float, beta: float
+) -> tuple[float, float]:
+    """Depth (m) and speed (m s-1) of flow in a face: as given, or by the cell where it is slower than waves.
+
+    Parameters
+    ----------
+    depth, speed : float
+        As the section gives them.
+    along : float
+        Component of its direction normal to the face.
+    inside, h, beta : float
+        As in `inflow_depth`.
+    """
+    if speed * speed < beta * depth:
+        q = speed * depth
+        depth = inflow_depth(q * along, inside, h, beta)
+        speed = q / depth
+    return depth, speed
+
+
+@kernel()
 def admit(
     inflows: Inflows,
     e: int,
@@ -330,11 +362,8 @@ def admit(
         if inflows.flowing[inflows.section[e]] > 0.0 and mass > 0.0:
             beta = beta_x if side <= HIGH_X else beta_y
             along = abs(inflows.along[e])
-            if speed * speed < beta * depth:
-                inside = inflows.sign[e] * (inflows.own[0, e] * u + inflows.own[1, e] * v)
-                q = speed * depth
-                depth = inflow_depth(q * along, inside, h, beta)
-                speed = q / depth
+            inside = inflows.sign[e] * (inflows.own[0, e] * u + inflows.own[1, e] * v)
+            depth, speed = state_in_door(depth, speed, along, inside, h, beta)
             mass *= inflows.sign[e]
             pressure = 0.5 * depth * depth * inflows.edge[e]
             # what flows through the section anyhow may press more

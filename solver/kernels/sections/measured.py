@@ -21,7 +21,8 @@ class Sections(NamedTuple):
     along_x
         1 for a face on the low side of its column along x, 0 for one between row j and the next.
     column, section
-        Of the face, and the number of its section.
+        Of the face, and the number of its section. On a cloud the face's own number stands for the column,
+        and ``first`` and ``along_x`` are empty.
     weight
         What a flux of mass is multiplied by for the discharge in the direction of the section.
     volume
@@ -106,4 +107,20 @@ def no_sections() -> Sections:
         series=np.zeros((0, 0)),
         last=np.zeros(1),
         taken=np.zeros(1, np.int64),
+    )
+
+
+def begun(count: int, times: Array) -> Sections:
+    """Give what is measured at some sections before the first step, without their faces.
+
+    Parameters
+    ----------
+    count : int
+        Number of sections.
+    times : (n,) array
+        Times of samples, s.
+    """
+    series = np.full((len(times), count), np.nan)
+    return no_sections()._replace(
+        volume=np.zeros(count), times=times, series=series, last=np.zeros(1 + count)
     )
