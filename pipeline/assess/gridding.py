@@ -89,7 +89,7 @@ def _with_ground(result: xr.Dataset, store: xr.Dataset, grid: Gridding) -> xr.Da
         values = np.atleast_2d(given.to_numpy().astype(np.float64))
         # where there is no data near a place, there is none at it
         laid = [
-            np.where(np.isnan(grid.nearest(each)), np.nan, grid.within_range(_filled(each))) * times
+            np.where(np.isnan(grid.nearest(each)), np.nan, grid.unlimited(_filled(each))) * times
             for each in values
         ]
         dims = (*given.dims[:-1], "y", "x")

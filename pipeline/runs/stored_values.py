@@ -73,7 +73,7 @@ def _profile_values(
         elevation = (
             terrain.at(points.x_points, points.y_points)
             if isinstance(points, Lattice)
-            else terrain.elevation_at(*points.coordinates)
+            else terrain.elevation_at(*points.control_volumes.centroid.T)
         )
         return {"elevation": elevation, "area": area_on_bed(terrain, points)}
     x = points.x_points if isinstance(points, Lattice) else points.coordinates[0]

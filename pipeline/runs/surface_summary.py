@@ -142,7 +142,9 @@ def path_between_points(
     one, other = np.repeat(near[:, 0], count - 1), near[:, 1:].ravel()
     both = reached[one] & reached[other]
     one, other = one[both], other[both]
-    way = np.sqrt((x[other] - x[one]) ** 2 + (y[other] - y[one]) ** 2 + (elevation[other] - elevation[one]) ** 2)
+    way = np.sqrt(
+        (x[other] - x[one]) ** 2 + (y[other] - y[one]) ** 2 + (elevation[other] - elevation[one]) ** 2
+    )
     graph = coo_array((way, (one, other)), shape=(len(points), len(points))).tocsr()
     found = float(dijkstra(graph, directed=False, indices=start[0])[stop[0]])
     return found if np.isfinite(found) else float("nan")
