@@ -8,6 +8,7 @@ from typing import Literal
 from solver.cloud.operators import CloudOperators
 from solver.cloud.operators import prepare as prepare_cloud
 from solver.cloud.run import CloudRun
+from solver.cloud.surface_run import SurfaceCloudRun
 from solver.collocation.operators import CollocationOperators, prepare_collocation
 from solver.collocation.run import CollocationRun
 from solver.lattice.run import LatticeRun
@@ -20,7 +21,13 @@ from solver.surface.run import SurfaceRun
 
 Operators = CloudOperators | CollocationOperators
 Kind = Literal[
-    "lattice", "cloud", "collocation", "surface", "lattice-with-buildings", "surface-with-buildings"
+    "lattice",
+    "cloud",
+    "collocation",
+    "surface",
+    "cloud-on-surface",
+    "lattice-with-buildings",
+    "surface-with-buildings",
 ]
 
 
@@ -31,7 +38,7 @@ def kind_of(
     if built:
         return "surface-with-buildings" if on_surface else "lattice-with-buildings"
     if on_surface:
-        return "surface"
+        return "surface" if isinstance(points, Lattice) else "cloud-on-surface"
     if isinstance(scheme, Collocation):
         return "collocation"
     return "lattice" if isinstance(points, Lattice) else "cloud"
@@ -89,5 +96,7 @@ def begin(scene: Scene, end: float, arrival_depth: float, skip: bool) -> Run:
             return LatticeRun(scene, end, arrival_depth, whole=not skip)
         case "cloud":
             return CloudRun(scene, end, arrival_depth)
+        case "cloud-on-surface":
+            return SurfaceCloudRun(scene, end, arrival_depth)
         case "collocation":
             return CollocationRun(scene, end, arrival_depth)

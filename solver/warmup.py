@@ -7,7 +7,7 @@ from typing import get_args
 
 import numpy as np
 
-from solver.cloud.time_stepping import advance_cloud
+from solver.cloud.time_stepping import advance_cloud, advance_cloud_on_surface
 from solver.collocation.time_stepping import advance_collocation
 from solver.compiled import is_compiled
 from solver.forms import Kind, begin
@@ -31,6 +31,7 @@ def not_compiled(kinds: Collection[Kind] = KINDS) -> list[Kind]:
         "cloud": advance_cloud,
         "collocation": advance_collocation,
         "surface": surface_stepping.advance_surface,
+        "cloud-on-surface": advance_cloud_on_surface,
         "lattice-with-buildings": time_stepping.advance_among_buildings,
         "surface-with-buildings": surface_stepping.advance_among_buildings,
     }
@@ -48,12 +49,13 @@ def compile_kernels(kinds: Collection[Kind] = KINDS, piece: int | None = None) -
         One of `solver.run.PIECES` that different processes may compile at the same time.
     """
     for kind in kinds:
-        points = random_points((0, 1), (0, 1), 60) if kind == "cloud" else Lattice((0, 1), (0, 1), 0.2)
+        cloudy = kind.startswith("cloud")
+        points = random_points((0, 1), (0, 1), 60) if cloudy else Lattice((0, 1), (0, 1), 0.2)
         flat = np.zeros(points.shape)
         scheme = Collocation(support=9, degree=1) if kind == "collocation" else WeightedResidual()
         places = np.linspace(0.0, 1.0, 6)
         level = ElevationModel(places, places, np.zeros((6, 6)))
-        bed = level if kind.startswith("surface") else Plane(0.0)
+        bed = level if "surface" in kind else Plane(0.0)
         built = np.arange(flat.size).reshape(flat.shape) == flat.size // 2
         buildings = built if kind.endswith("buildings") else None
         scene = Scene(points, bed, flat, flat, flat, Coulomb(0.0), scheme=scheme, buildings=buildings)

@@ -63,7 +63,7 @@ def points(settings: Settings, file: PointFile | None = None) -> Lattice | Point
     if isinstance(settings.points, points_settings.LatticePoints):
         return Lattice(x, y, settings.points.spacing)
     from solver.points import cloud
-    from solver.points.spacing import Refinement
+    from solver.points.spacing import Corridor, Refinement
 
     match settings.points:
         case points_settings.PoissonDiscPoints(spacing=None, count=count, seed=seed):
@@ -73,7 +73,12 @@ def points(settings: Settings, file: PointFile | None = None) -> Lattice | Point
             assert spacing is not None
             return cloud.graded_points(x, y, spacing, seed=seed)
         case points_settings.GradedPoints() as graded:
-            regions = [Refinement(r.region.x, r.region.y, r.spacing) for r in graded.refine]
+            regions = [
+                Refinement(r.region.x, r.region.y, r.spacing)
+                if r.region is not None
+                else Corridor(r.line or (), r.spacing, r.margin)
+                for r in graded.refine
+            ]
             return cloud.graded_points(x, y, graded.spacing, regions, graded.growth, graded.seed)
         case points_settings.FilePoints():
             if file is None:
@@ -312,7 +317,6 @@ def laid(
         return Laid(depth, velocity_x, velocity_y, 0.0, 0.0, 0.0)
     if ground is None:
         return initial_state(releases(settings), points)
-    assert isinstance(points, Lattice)
     return surface_state(outlined(settings, outlines), points, ground)
 
 
@@ -365,7 +369,6 @@ def erodible_bed(
         region = None if bed.region is None else (bed.region.x, bed.region.y)
         depth = erodible_on_profile(bed.depth, points, terrain, region, vertical=vertical)
         return ErodibleBed(depth, law, bed.limits)
-    assert isinstance(points, Lattice)
     given: float | ElevationModel | None = None
     if bed.raster is not None:
         raster = (depths or {})[bed.raster]

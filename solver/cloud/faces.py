@@ -45,6 +45,10 @@ class Faces(NamedTuple):
         (blocks + 1,), first face and first boundary face of each block's left cells.
     cells, faces, outer
         Numbers of cells, of faces, and of the first boundary face.
+    far
+        (6, faces) on a surface, None elsewhere. There (0, 1) of ``geometry`` are in the frame of the left
+        cell, and here are the same normal in that of the right one (0, 1), and how long the face is in the
+        planes of both cells, times its normal there, as part of its length: left (2, 3), right (4, 5).
     """
 
     left: Numbers
@@ -60,6 +64,7 @@ class Faces(NamedTuple):
     cells: int
     faces: int
     outer: int
+    far: Array | None = None
 
 
 # Bytes of a line of the cache: a vector that straddles two is read and written at half the speed.
@@ -156,6 +161,46 @@ def beyond(faces: Faces, half: int) -> tuple[int, int, float]:
     if half < faces.faces:
         return half, int(faces.right[half]), 1.0
     return half - faces.faces, int(faces.left[half - faces.faces]), -1.0
+
+
+@kernel(inline=True)
+def normal_beyond(far: Array | None, f: int, n_x: float, n_y: float) -> tuple[float, float]:
+    """Give the normal of face f in the frame of its right cell; n_x, n_y in that of the left one."""
+    if far is None:
+        return n_x, n_y
+    return far[0, f], far[1, f]
+
+
+@kernel(inline=True)
+def own_normals(
+    far: Array | None, f: int, n_x: float, n_y: float
+) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Give what pressure on face f acts along, in the frames of its left and right cell."""
+    if far is None:
+        return (n_x, n_y), (n_x, n_y)
+    return (far[2, f], far[3, f]), (far[4, f], far[5, f])
+
+
+@kernel(inline=True)
+def carried_over(
+    far: Array | None, f: int, normal: tuple[float, float], to_left: bool, x: float, y: float
+) -> tuple[float, float]:
+    """Turn a vector from the frame of the cell on one side of face f into that of the other one.
+
+    Parameters
+    ----------
+    normal : tuple
+        Of the face, in the frame of its left cell.
+    to_left : bool
+        Whether into the frame of that.
+    """
+    if far is None:
+        return x, y
+    c, s, c_to, s_to = normal[0], normal[1], far[0, f], far[1, f]
+    if to_left:
+        c, s, c_to, s_to = c_to, s_to, c, s
+    n, t = c * x + s * y, c * y - s * x
+    return c_to * n - s_to * t, s_to * n + c_to * t
 
 
 @kernel()

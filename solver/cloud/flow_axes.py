@@ -8,7 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from solver.arrays import Array
-from solver.cloud.reconstruction import LOPSIDED, Gradient, Strain
+from solver.cloud.on_surface import in_frame, pull_across
+from solver.cloud.reconstruction import LOPSIDED, Gradient, Strain, turned
 from solver.compiled import kernel
 from solver.kernels.earth_pressure import lean_of
 from solver.kernels.flow_axes import Tensor, traction_axes
@@ -33,9 +34,9 @@ def ways_of(volumes: ControlVolumes, gradient: Gradient) -> Ways:
 @kernel(inline=True)
 def axes_at(now: Fields, slopes: Array, bed: CloudBed, dry: float, i: int) -> Tensor:
     """Share of the directions in the basal traction of cell i, as `traction_axes`."""
-    rise = slopes[0, i], slopes[1, i]
+    rise = in_frame(bed.lift, i, slopes[0, i], slopes[1, i])
     wet = now.h[i] > dry
-    pull = bed.along[i], 0.0
+    pull = bed.along[i], pull_across(bed.lift, i)
     axes: Tensor = traction_axes((now.u[i], now.v[i]), now.h[i], pull, bed.normal[i], rise, wet)
     return axes
 
@@ -58,7 +59,7 @@ def direction_of(axes: Tensor) -> tuple[float, float, float]:
 @kernel()
 def stretched_along(
     now: Fields,
-    neighbours: Array,
+    gradient: Gradient,
     strain: Strain,
     ways: Ways,
     e_x: float,
@@ -71,30 +72,31 @@ def stretched_along(
 
     Parameters
     ----------
-    neighbours
-        Of `Gradient`.
+    gradient
+        Whose neighbours, and how their velocities are turned.
     rise : float
         Derivative of the depth along e.
     """
     h, u, v = now
     mean = sided = ahead_x = ahead_y = d_x = d_y = all_x = all_y = own = most = 0.0
-    for m in range(len(neighbours)):
-        j = np.uint64(neighbours[m, i])
+    for m in range(len(gradient.neighbours)):
+        j = np.uint64(gradient.neighbours[m, i])
         a, b, x, y = strain.along[m, i], strain.across[m, i], ways.x[m, i], ways.y[m, i]
         wet = 1.0 if h[j] > dry else 0.0
-        step = wet * (e_x * (u[j] - u[i]) + e_y * (v[j] - v[i]))
+        u_j, v_j = turned(gradient.cosine, gradient.sine, m, i, u[j], v[j])
+        step = wet * (e_x * (u_j - u[i]) + e_y * (v_j - v[i]))
         weight, d = e_x * a + e_y * b, e_x * x + e_y * y
-        turned = weight if d > 0.0 else (-weight if d < 0.0 else 0.0)
+        signed = weight if d > 0.0 else (-weight if d < 0.0 else 0.0)
         mean += weight * step
-        sided += turned * step
+        sided += signed * step
         ahead_x += a * step
         ahead_y += b * step
-        d_x += turned * x
-        d_y += turned * y
+        d_x += signed * x
+        d_y += signed * y
         all_x += a
         all_y += b
-        own += turned
-        most += abs(turned)
+        own += signed
+        most += abs(signed)
     # half the difference between both sides, less what it makes of linear velocities
     half = sided - d_x * ahead_x - d_y * ahead_y
     own -= d_x * all_x + d_y * all_y
@@ -104,7 +106,7 @@ def stretched_along(
 @kernel()
 def strain_along_flow(
     now: Fields,
-    neighbours: Array,
+    gradient: Gradient,
     strain: Strain,
     ways: Ways,
     bed: CloudBed,
@@ -119,8 +121,10 @@ def strain_along_flow(
 
     Parameters
     ----------
-    now, neighbours, strain, start, stop, slopes
-        As in `solver.cloud.reconstruction.strain_at`.
+    now, strain, start, stop, slopes
+        As in `solver.cloud.reconstruction.strain_at`; on a surface weights are along the axes of the cells.
+    gradient, ways
+        Neighbours, and the ways there, in the frames of the cells.
     """
     dry = material.dry
     for i in range(start, stop):
@@ -128,8 +132,8 @@ def strain_along_flow(
         if now.h[i] <= dry:
             continue
         e_x, e_y, share = direction_of(axes_at(now, slopes, bed, dry, i))
-        h_x, h_y = slopes[0, i], slopes[1, i]
-        along = stretched_along(now, neighbours, strain, ways, e_x, e_y, e_x * h_x + e_y * h_y, dry, i)
-        across = stretched_along(now, neighbours, strain, ways, -e_y, e_x, e_x * h_y - e_y * h_x, dry, i)
+        h_x, h_y = in_frame(bed.lift, i, slopes[0, i], slopes[1, i])
+        along = stretched_along(now, gradient, strain, ways, e_x, e_y, e_x * h_x + e_y * h_y, dry, i)
+        across = stretched_along(now, gradient, strain, ways, -e_y, e_x, e_x * h_y - e_y * h_x, dry, i)
         slopes[6, i] = share * along + (1.0 - share) * across
         slopes[7, i] = share * across + (1.0 - share) * along

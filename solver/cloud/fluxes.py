@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from solver.arrays import Array
-from solver.cloud.faces import Faces, all_aligned, whole_blocks
+from solver.cloud.faces import Faces, all_aligned, normal_beyond, whole_blocks
 from solver.cloud.reconstruction import face_states
 from solver.compiled import ONE, ZERO, kernel
 from solver.kernels.boundary import boundary_flux
@@ -74,6 +74,7 @@ def cloud_buffers(faces: Faces) -> CloudBuffers:
 @kernel(unaliased=True)
 def halve(
     geometry: Array,
+    far: Array | None,
     mass: Array,
     normal: Array,
     tangential: Array,
@@ -84,10 +85,12 @@ def halve(
     halves: Array,
     pressed: Array,
 ) -> None:
-    """Give what passes a run of faces to their halves, in the frame of the domain.
+    """Give what passes a run of faces to their halves, in the frame of the domain or of their cells.
 
     Parameters
     ----------
+    far
+        Of `Faces`.
     mass, normal, tangential, pressure, push : (chunk,) and (4, chunk) arrays
         Fluxes of the faces, as of `Fluxes`, and what `face_states` fills.
     start, count : int
@@ -103,11 +106,14 @@ def halve(
         other = stride + f
         l_x, l_y, p = g[6, f] * g[0, f], g[6, f] * g[1, f], pressure[k_]
         x, y = l_x * normal[k_] - l_y * tangential[k_], l_y * normal[k_] + l_x * tangential[k_]
+        m_x, m_y = normal_beyond(far, f, g[0, f], g[1, f])
+        r_x, r_y = g[6, f] * m_x, g[6, f] * m_y
+        x_r, y_r = r_x * normal[k_] - r_y * tangential[k_], r_y * normal[k_] + r_x * tangential[k_]
         volume = g[6, f] * mass[k_]
         pressed[f] = p
         halves[0, f], halves[0, other] = -volume, volume
-        halves[1, f], halves[1, other] = -x - push[0, k_] * p, x + push[2, k_] * p
-        halves[2, f], halves[2, other] = -y - push[1, k_] * p, y + push[3, k_] * p
+        halves[1, f], halves[1, other] = -x - push[0, k_] * p, x_r + push[2, k_] * p
+        halves[2, f], halves[2, other] = -y - push[1, k_] * p, y_r + push[3, k_] * p
 
 
 @kernel()
@@ -149,6 +155,7 @@ def fluxes_through(
             left,
             right,
             geometry,
+            faces.far,
             start,
             lanes,
             dry,
@@ -168,7 +175,7 @@ def fluxes_through(
         hll(low, ZERO, high, ZERO, static, ZERO, CHUNK * ONE, lanes, dry, chunk, ZERO)
         if outer:
             restrict_at_sides(now, faces, sides, start, count, low.c, chunk)
-        halve(geometry, mass, normal, tangential, pressure, push, start, lanes, halves, pressed)
+        halve(geometry, faces.far, mass, normal, tangential, pressure, push, start, lanes, halves, pressed)
 
 
 @kernel()

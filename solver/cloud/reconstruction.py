@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from solver.arrays import Array, Numbers
-from solver.cloud.faces import Faces, whole_blocks
+from solver.cloud.faces import Faces, normal_beyond, own_normals, whole_blocks
 from solver.compiled import kernel
 from solver.kernels.earth_pressure import lean_of
 from solver.kernels.flow_axes import normal_pressure, sheared
@@ -33,11 +33,15 @@ class Gradient(NamedTuple):
         Numbers of cells.
     along, across
         Weights, m-1.
+    cosine, sine
+        By which velocities of the neighbours are turned into the frame of the cell, on a surface.
     """
 
     neighbours: Numbers
     along: Array
     across: Array
+    cosine: Array | None = None
+    sine: Array | None = None
 
 
 class Strain(NamedTuple):
@@ -110,6 +114,17 @@ def strain_of(slope: Approximation, places: Array) -> Strain:
     return Strain(*(laid_out(weights, cells) for weights in (along, across, *bent)))
 
 
+@kernel(inline=True)
+def turned(
+    cosine: Array | None, sine: Array | None, m: int, i: int, u: float, v: float
+) -> tuple[float, float]:
+    """Turn a velocity of the m-th neighbour of cell i into the frame of the cell."""
+    if cosine is None:
+        return u, v
+    c, s = cosine[m, i], sine[m, i]  # type: ignore[index]
+    return c * u - s * v, s * u + c * v
+
+
 @kernel(unaliased=True)
 def slopes_at(now: Fields, gradient: Gradient, start: int, stop: int, dry: float, out: Array) -> None:
     """LMLS derivatives of depth and velocity at a run of cells; a dry neighbour has no velocity to differ by.
@@ -146,7 +161,8 @@ def slopes_at(now: Fields, gradient: Gradient, start: int, stop: int, dry: float
                 h_x += a * step
                 h_y += b * step
                 wet = 1.0 if h_j > dry else 0.0
-                step, t_step = wet * (u[j] - u_i), wet * (v[j] - v_i)
+                u_j, v_j = turned(gradient.cosine, gradient.sine, m_, i, u[j], v[j])
+                step, t_step = wet * (u_j - u_i), wet * (v_j - v_i)
                 u_x += a * step
                 u_y += b * step
                 v_x += a * t_step
@@ -329,6 +345,7 @@ def face_states(
     left: Numbers,
     right: Numbers,
     geometry: Array,
+    far: Array | None,
     start: int,
     count: int,
     dry: float,
@@ -349,7 +366,7 @@ def face_states(
 
     Parameters
     ----------
-    left, right, geometry
+    left, right, geometry, far
         Of `solver.cloud.faces.Faces`.
     start, count : int
         First face, and number of faces.
@@ -372,13 +389,14 @@ def face_states(
         n_x, n_y, d_x, d_y, part, shift = g[0, f], g[1, f], g[2, f], g[3, f], g[4, f], g[5, f]
         o_x, o_y = -shift * d_y, shift * d_x
         h_i, h_j, u_i, u_j, v_i, v_j = h[i], h[j], u[i], u[j], v[i], v[j]
-        n_i, n_j = n_x * u_i + n_y * v_i, n_x * u_j + n_y * v_j
-        t_i, t_j = n_x * v_i - n_y * u_i, n_x * v_j - n_y * u_j
+        m_x, m_y = normal_beyond(far, f, n_x, n_y)
+        n_i, n_j = n_x * u_i + n_y * v_i, m_x * u_j + m_y * v_j
+        t_i, t_j = n_x * v_i - n_y * u_i, m_x * v_j - m_y * u_j
         n_xi, n_yi = n_x * slopes[2, i] + n_y * slopes[4, i], n_x * slopes[3, i] + n_y * slopes[5, i]
         t_xi, t_yi = n_x * slopes[4, i] - n_y * slopes[2, i], n_x * slopes[5, i] - n_y * slopes[3, i]
         b_xi, b_yi, b_xj, b_yj = status.beta_x[i], status.beta_y[i], status.beta_x[j], status.beta_y[j]
         b_i = normal_pressure(status.beta_xy, i, b_xi, b_yi, n_x, n_y)
-        b_j = normal_pressure(status.beta_xy, j, b_xj, b_yj, n_x, n_y)
+        b_j = normal_pressure(status.beta_xy, j, b_xj, b_yj, m_x, m_y)
         c_i, c_j = math.sqrt(b_i * h_i), math.sqrt(b_j * h_j)
         one, two = (h_i, n_i, t_i), (h_j, n_j, t_j)
         h_low[k_], n_low[k_], t_low[k_] = state_at_face(
@@ -392,8 +410,8 @@ def face_states(
             c_i,
             dry,
         )
-        n_xj, n_yj = n_x * slopes[2, j] + n_y * slopes[4, j], n_x * slopes[3, j] + n_y * slopes[5, j]
-        t_xj, t_yj = n_x * slopes[4, j] - n_y * slopes[2, j], n_x * slopes[5, j] - n_y * slopes[3, j]
+        n_xj, n_yj = m_x * slopes[2, j] + m_y * slopes[4, j], m_x * slopes[3, j] + m_y * slopes[5, j]
+        t_xj, t_yj = m_x * slopes[4, j] - m_y * slopes[2, j], m_x * slopes[5, j] - m_y * slopes[3, j]
         h_high[k_], n_high[k_], t_high[k_] = state_at_face(
             two,
             one,
@@ -408,9 +426,10 @@ def face_states(
         c_low[k_], c_high[k_] = c_i, c_j
         s_i, s_j = status.static[i], status.static[j]
         static[k_], static[chunk + k_] = s_i, s_j
-        l_x, l_y = g[6, f] * n_x, g[6, f] * n_y
+        own_i, own_j = own_normals(far, f, n_x, n_y)
+        l_x, l_y, r_x, r_y = g[6, f] * own_i[0], g[6, f] * own_i[1], g[6, f] * own_j[0], g[6, f] * own_j[1]
         free_i, free_j = 0.0 if s_i == BELOW_YIELD else 1.0, 0.0 if s_j == BELOW_YIELD else 1.0
         x_i, y_i = sheared(status.beta_xy, i, l_x, l_y)
-        x_j, y_j = sheared(status.beta_xy, j, l_x, l_y)
+        x_j, y_j = sheared(status.beta_xy, j, r_x, r_y)
         push[0, k_], push[1, k_] = free_i * (b_xi * l_x + x_i), free_i * (b_yi * l_y + y_i)
-        push[2, k_], push[3, k_] = free_j * (b_xj * l_x + x_j), free_j * (b_yj * l_y + y_j)
+        push[2, k_], push[3, k_] = free_j * (b_xj * r_x + x_j), free_j * (b_yj * r_y + y_j)

@@ -12,8 +12,17 @@ import numpy as np
 
 from solver.arrays import Array, Numbers
 from solver.cloud.arrays import CloudArrays
-from solver.cloud.faces import ROOM, Faces, beyond, fill_ghosts_beyond, half_of
+from solver.cloud.faces import (
+    ROOM,
+    Faces,
+    beyond,
+    carried_over,
+    fill_ghosts_beyond,
+    half_of,
+    own_normals,
+)
 from solver.cloud.fluxes import CloudBuffers, fluxes_through
+from solver.cloud.on_surface import loading, pull_across
 from solver.cloud.reconstruction import flatten_fed, flatten_leading, slopes_at
 from solver.cloud.sections import admit_into, close_doors, forget_above, measure_faces
 from solver.compiled import kernel
@@ -125,12 +134,18 @@ def limit_outflow(
             if j < faces.cells:
                 buffers.limited[j // LANES] = 1.0
             mass, out_x, out_y = -halves[0, half], 0.0, 0.0
+            normal = faces.geometry[0, f], faces.geometry[1, f]
             for side in range(2):
                 q, cell = (f, int(faces.left[f])) if side == 0 else (f + n, int(faces.right[f]))
                 pressed = (2 * side - 1) * faces.geometry[6, f] * buffers.pressed[f]
                 if status.static[cell] == BELOW_YIELD:
                     pressed = 0.0
-                l_x, l_y = pressed * faces.geometry[0, f], pressed * faces.geometry[1, f]
+                left, right = own_normals(faces.far, f, *normal)
+                l_x, l_y = (
+                    (pressed * left[0], pressed * left[1])
+                    if side == 0
+                    else (pressed * right[0], pressed * right[1])
+                )
                 x, y = sheared(status.beta_xy, cell, l_x, l_y)
                 push[0, side], push[1, side] = l_x * status.beta_x[cell] + x, l_y * status.beta_y[cell] + y
                 if q == half:
@@ -140,9 +155,12 @@ def limit_outflow(
             for side in range(2):
                 q = f + side * n
                 out = -1.0 if q == half else 1.0
+                to_x, to_y = out_x, out_y
+                if q != half:
+                    to_x, to_y = carried_over(faces.far, f, normal, side == 0, out_x, out_y)
                 halves[0, q] = out * mass
-                halves[1, q] = out * out_x + push[0, side]
-                halves[2, q] = out * out_y + push[1, side]
+                halves[1, q] = out * to_x + push[0, side]
+                halves[2, q] = out * to_y + push[1, side]
 
 
 @kernel()
@@ -211,13 +229,13 @@ def update_run(
         h, over = now.h[i], 1.0 / area[i]
         transport = gain[0, i] * over, gain[1, i] * over, gain[2, i] * over
         load = h * acting_share(h, h + dt * transport[0])
-        pull = 0.0 if status.static[i] == BELOW_YIELD else bed.along[i] * load
+        free, u, v = 0.0 if status.static[i] == BELOW_YIELD else 1.0, now.u[i], now.v[i]
         out.h[i], out.u[i], out.v[i] = update_cell(
             (start.h[i], start.u[i], start.v[i]),
-            (h, now.u[i], now.v[i]),
+            (h, u, v),
             transport,
-            (pull, 0.0),
-            (bed.normal[i], bed.curvature[i]),
+            (free * (bed.along[i] * load), free * (pull_across(bed.lift, i) * load)),
+            loading(bed.lift, bed.normal[i], bed.curvature[i], i, u, v),
             load,
             part,
             dt,

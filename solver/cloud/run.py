@@ -11,7 +11,7 @@ from solver.arrays import Array
 from solver.cloud.arrays import CloudArrays
 from solver.cloud.blocks import activity_of, spread_blocks
 from solver.cloud.faces import aligned, all_aligned
-from solver.cloud.flow_axes import ways_of
+from solver.cloud.flow_axes import Ways, ways_of
 from solver.cloud.fluxes import cloud_buffers
 from solver.cloud.operators import CloudOperators, prepare
 from solver.cloud.residual import cloud_stage
@@ -22,6 +22,7 @@ from solver.inflow.clouds import PlacedOnCloud
 from solver.kernels.earth_pressure import at_rest
 from solver.kernels.erosion import erosion_of
 from solver.kernels.record import Record, record_cells
+from solver.kernels.runge_kutta import Limits
 from solver.kernels.state import DRY, LANES, CloudBed, Fields, Status
 from solver.physics.resistance import Zoned
 from solver.points.cloud import PointCloud
@@ -69,6 +70,7 @@ class CloudRun(Run):
         operators = operators_of(scene)
         volumes, faces = operators.cloud.control_volumes, operators.tables.faces
         self.operators, self.centroid, self.faces = operators, volumes.centroid, faces
+        self.tables, self.plan_area = operators.tables, volumes.area
         initial = state_of(scene)
         super().__init__(scene, initial[0], end, arrival_depth, indices=1)
         self.count, spare = len(volumes.area), faces.cells - len(volumes.area)
@@ -81,19 +83,15 @@ class CloudRun(Run):
             values = np.pad(parameters, ((0, 0), (0, room)), mode="edge")
             law = scene.friction.resistance(scene.gravity)
             self.material = self.material._replace(law=Zoned(law, values))
-        self.area = aligned(np.pad(volumes.area, (0, spare), mode="edge"))
-        x, y = (np.pad(a, (0, spare), mode="edge") for a in volumes.centroid.T)
-        widths = operators.tables.widths
-        falling = falling_rate(scene, x, y, widths[0])
-        bed = CloudBed(*gravity_along_and_normal(scene, x, y), scene.profile.curvature(x, y), falling)
-        self.bed = all_aligned(bed)
+        area, bed = self._lay()
+        self.area, self.bed = aligned(np.pad(area, (0, spare), mode="edge")), all_aligned(bed)
         load = np.concatenate([self.bed.normal, self.bed.normal[volumes.side_cell], np.ones(LANES)])
         k_x, k_y = at_rest(self.material)
         along_flow = scene.earth_pressure.along_flow
         dry, shear = np.full(len(load), DRY), np.zeros(len(load))
         k_y = k_x if along_flow else k_y
         status = Status(load * k_x, load * k_y, dry, shear if along_flow else None)
-        self.ways = all_aligned(ways_of(volumes, operators.tables.gradient)) if along_flow else None
+        self.ways = all_aligned(self._ways()) if along_flow else None
         self.status = all_aligned(status)
         self.activity, self.buffers = activity_of(faces), cloud_buffers(faces)
         self.record = all_aligned(Record(*(np.full(faces.cells, a) for a in (0.0, 0.0, 0.0, np.nan))))
@@ -113,10 +111,23 @@ class CloudRun(Run):
             self.sections = sections_of(gauges, np.asarray(scene.section_times, dtype=np.float64), faces)
         record_cells(self.now, 0, self.count, self.material.dry, arrival_depth, self.record, self.progress)
 
+    def _lay(self) -> tuple[Array, CloudBed]:
+        """Give areas of the cells, (n,), m2, and their bed, for whole blocks of cells."""
+        scene = self.scene
+        spare = self.faces.cells - self.count
+        x, y = (np.pad(a, (0, spare), mode="edge") for a in self.centroid.T)
+        falling = falling_rate(scene, x, y, self.tables.widths[0])
+        along, normal = gravity_along_and_normal(scene, x, y)
+        return self.plan_area, CloudBed(along, normal, scene.profile.curvature(x, y), falling)
+
+    def _ways(self) -> Ways:
+        """Give the ways to the neighbours that the axes of the flow are seen by."""
+        return ways_of(self.operators.cloud.control_volumes, self.tables.gradient)
+
     @property
     def arrays(self) -> CloudArrays:
         """What the kernels read and write."""
-        tables = self.operators.tables
+        tables = self.tables
         return CloudArrays(
             now=self.now,
             first_stage=self.stages[0],
@@ -127,7 +138,7 @@ class CloudRun(Run):
             sides=self.sides,
             area=self.area,
             widths=tables.widths,
-            faces=self.faces,
+            faces=tables.faces,
             gradient=tables.gradient,
             strain=tables.strain,
             ways=self.ways,
@@ -145,7 +156,10 @@ class CloudRun(Run):
         for stage in self.stages:
             for field, values in zip(stage, self.now, strict=True):
                 field[:] = values
-        return int(advance_cloud(self.arrays, self.limits(target, max_steps), self.progress))
+        return self._step(self.limits(target, max_steps))
+
+    def _step(self, limits: Limits) -> int:
+        return int(advance_cloud(self.arrays, limits, self.progress))
 
     def warm_up(self, piece: int) -> None:
         """Classify the cells, or take a stage of no length."""

@@ -6,10 +6,11 @@ import math
 
 import numpy as np
 
-from solver.arrays import Array
+from solver.arrays import Array, Indices
 from solver.cloud.arrays import CloudArrays
 from solver.cloud.faces import Faces, beyond, fill_ghosts_beyond, half_of
 from solver.cloud.flow_axes import Ways, axes_at, strain_along_flow
+from solver.cloud.on_surface import in_frame, pull_across, way_in_frame
 from solver.cloud.reconstruction import flatten_fed, flatten_leading, slopes_at, strain_at
 from solver.cloud.sections import forget_above
 from solver.compiled import kernel
@@ -46,19 +47,38 @@ def widths_of(volumes: ControlVolumes, faces: Faces) -> Array:
     n_x n_y (4). The first three are means over a cell and its neighbours, since it takes more than one cell
     for a disturbance to grow, but at least 1/SMALL of the cell's own.
     """
-    n = len(volumes.area)
     cell = np.concatenate([volumes.left, volumes.right, volumes.side_cell])
     half = np.concatenate([volumes.length, volumes.length, volumes.side_length]) / 2
-    n_x, n_y = np.concatenate([volumes.normal, volumes.normal, SIDE_NORMALS[volumes.side]]).T
+    normals = np.concatenate([volumes.normal, volumes.normal, SIDE_NORMALS[volumes.side]]).T
+    return widths_between(volumes, volumes.area, cell, half, normals, faces.cells)
+
+
+def widths_between(
+    volumes: ControlVolumes, area: Array, cell: Indices, half: Array, normals: Array, cells: int
+) -> Array:
+    """Measure cells as `widths_of` does, by their faces as they have them.
+
+    Parameters
+    ----------
+    area : (n,) array
+        Of the cells, m2.
+    cell, half : (k,) array
+        Cell of each side of a face, first those on the left, and half the length of the face, m.
+    normals : (2, k) array
+        Of the faces, in the frames of the cells.
+    cells : int
+        Number of cells to fill up to.
+    """
+    n, (n_x, n_y) = len(area), normals
     means = [
         np.bincount(cell, half * a, n) for a in (abs(n_x), abs(n_y), np.ones(len(half)), n_x**2, n_x * n_y)
     ]
-    widths = np.stack([*(a / volumes.area for a in means[:3]), *(a / means[2] for a in means[3:])])
+    widths = np.stack([*(a / area for a in means[:3]), *(a / means[2] for a in means[3:])])
     near = np.concatenate([np.arange(n), volumes.left, volumes.right])
     seen = np.concatenate([np.arange(n), volumes.right, volumes.left])
     for own in widths[:3]:
         own[:] = np.maximum(own / SMALL, np.bincount(near, own[seen], n) / np.bincount(near, minlength=n))
-    return np.pad(widths, ((0, 0), (0, faces.cells - n)))
+    return np.pad(widths, ((0, 0), (0, cells - n)))
 
 
 @kernel(inline=True)
@@ -89,7 +109,7 @@ def pressure_at(
         )
         return b_x, b_y, wave_x, wave_y
     axes = axes_at(now, slopes, bed, material.dry, i)
-    rise = slopes[0, i], slopes[1, i]
+    rise = in_frame(bed.lift, i, slopes[0, i], slopes[1, i])
     b_x, b_y, shear[i], wave_x, wave_y = pressure_along_axes(
         axes, along, across, decrease, normal, rise, material
     )
@@ -177,10 +197,11 @@ def is_static(
             continue
         d_x, d_y = sign * faces.geometry[2, f], sign * faces.geometry[3, f]
         more = (h[j] - h[i] - slopes[0, i] * d_x - slopes[1, i] * d_y) / (d_x * d_x + d_y * d_y)
-        rise_x, rise_y = slopes[0, i] + more * d_x, slopes[1, i] + more * d_y
+        rise_x, rise_y = in_frame(bed.lift, i, slopes[0, i] + more * d_x, slopes[1, i] + more * d_y)
+        d_x, d_y = way_in_frame(bed.lift, i, d_x, d_y)
         more_x, more_y = sheared(status.beta_xy, i, rise_x, rise_y)
         pull_x = b_x * rise_x + more_x - bed.along[i]
-        pull_y = b_y * rise_y + more_y
+        pull_y = b_y * rise_y + more_y - pull_across(bed.lift, i)
         if h[j] <= material.dry and pull_x * d_x + pull_y * d_y >= 0.0:
             continue
         if not below_yield(law_at(material.law, i), pull_x, pull_y, 0.5 * (h[i] + h[j]), bed.normal[i]):
@@ -222,17 +243,12 @@ def classify_ghosts(
 @kernel()
 def find_strain(ways: Ways | None, arrays: CloudArrays, start: int, stop: int) -> None:
     """Find how a run of cells is strained, along x and y or along the axes of the flow."""
-    now, neighbours, strain, slopes = (
-        arrays.now,
-        arrays.gradient.neighbours,
-        arrays.strain,
-        arrays.buffers.slopes,
-    )
+    now, gradient, strain, slopes = arrays.now, arrays.gradient, arrays.strain, arrays.buffers.slopes
     if ways is None:
-        strain_at(now, neighbours, strain, start, stop, arrays.material.dry, slopes)
+        strain_at(now, gradient.neighbours, strain, start, stop, arrays.material.dry, slopes)
     else:
         about = arrays.bed, arrays.material
-        strain_along_flow(now, neighbours, strain, ways, *about, start, stop, slopes)
+        strain_along_flow(now, gradient, strain, ways, *about, start, stop, slopes)
 
 
 @kernel()

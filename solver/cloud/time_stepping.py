@@ -5,6 +5,7 @@ from __future__ import annotations
 from solver.arrays import Indices
 from solver.cloud.arrays import CloudArrays
 from solver.cloud.blocks import spread_blocks
+from solver.cloud.on_surface import empty_drains, loading, pull_across
 from solver.cloud.residual import cloud_stage
 from solver.cloud.sections import open_blocks
 from solver.cloud.status import classify_cloud
@@ -46,12 +47,14 @@ def erode(arrays: CloudArrays, state: Fields, dt: float) -> None:
         for i in range(start, stop):
             if arrays.status.static[i] != 0.0:
                 continue
+            u, v = state.u[i], state.v[i]
+            normal, curvature = loading(bed.lift, bed.normal[i], bed.curvature[i], i, u, v)
             h, u, v, more = erode_cell(
                 erosion,
                 i,
-                (state.h[i], state.u[i], state.v[i]),
-                (bed.along[i], 0.0, bed.normal[i]),
-                max(0.0, bed.normal[i] + bed.curvature[i] * (state.u[i] * state.u[i])),
+                (state.h[i], u, v),
+                (bed.along[i], pull_across(bed.lift, i), bed.normal[i]),
+                max(0.0, normal + curvature * (u * u)),
                 dt,
                 arrays.material,
             )
@@ -125,7 +128,15 @@ def end_step(arrays: CloudArrays, limits: Limits, progress: Progress) -> int:
     for start, stop in arrays.activity.stepped_runs[: arrays.activity.counts[0]]:
         if not record_cells(arrays.now, start, stop, dry, threshold, arrays.record, progress):
             return NOT_FINITE
+    states = arrays.now, arrays.first_stage, arrays.second_stage
+    empty_drains(arrays.bed.lift, states, arrays.area, arrays.activity, progress.ledger)
     return CONTINUE
+
+
+@kernel()
+def advance_cloud_on_surface(arrays: CloudArrays, limits: Limits, progress: Progress) -> int:
+    """Step until a limit, where the bed is a surface; return which."""
+    return int(march(arrays, begin_step, take_stage, end_step, limits, progress))
 
 
 @kernel()

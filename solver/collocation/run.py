@@ -130,12 +130,15 @@ class CollocationRun(Run):
         )
         self.now = Fields(h, u, v)
         x, y = (a.ravel() for a in scene.points.coordinates)
-        bed = (
-            *gravity_along_and_normal(scene, x, y),
-            scene.profile.curvature(x, y),
-            falling_rate(scene, x, y, operators.stencils.reach[:, 0]),
+        along, normal, curvature, falling = (
+            np.concatenate([a, a[operators.source]])
+            for a in (
+                *gravity_along_and_normal(scene, x, y),
+                scene.profile.curvature(x, y),
+                falling_rate(scene, x, y, operators.stencils.reach[:, 0]),
+            )
         )
-        self.bed = CloudBed(*(np.concatenate([a, a[operators.source]]) for a in bed))
+        self.bed = CloudBed(along, normal, curvature, falling)
         deepest = float(initial[0].max())
         self.relaxation = Relaxation(
             scheme.relaxation,

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 from solver.arrays import Array, Indices
 from solver.compiled import kernel
 from solver.physics.resistance import Resistance
@@ -160,13 +163,41 @@ class Status(NamedTuple):
     beta_xy: Array | None = None
 
 
+class Lift(NamedTuple):
+    """What the cells of a cloud have on a surface beside what they have on a slope profile, each (cells,).
+
+    Attributes
+    ----------
+    across
+        Gravity along e2, m s-2.
+    k_12, k_22
+        Normal curvature, m-1; that along e1 is ``curvature`` of `CloudBed`.
+    p, r, q
+        As of `solver.surface.metric.Metric`.
+    drain
+        1 + number of the side that takes what comes to a cell of which nothing is known, 0 for none.
+    """
+
+    across: Array
+    k_12: Array
+    k_22: Array
+    p: Array
+    r: Array
+    q: Array
+    drain: NDArray[np.int8]
+
+
 class CloudBed(NamedTuple):
-    """At each cell: g sin xi, g cos xi (m s-2), the curvature kappa (m-1), and a rate as in `Bed`."""
+    """At each cell: g sin xi, g cos xi (m s-2), the curvature kappa (m-1), and a rate as in `Bed`.
+
+    On a surface gravity and curvature are those along e1, and ``lift`` has the others; elsewhere it is None.
+    """
 
     along: Array
     normal: Array
     curvature: Array
     falling: Array
+    lift: Lift | None = None
 
 
 @kernel()

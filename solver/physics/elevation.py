@@ -4,15 +4,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from solver.arrays import Array
 
+if TYPE_CHECKING:
+    from scipy.interpolate import RectBivariateSpline
+
 # Spacings that differ by less than this share are the same, and cells as far apart coincide.
 SAME = 1e-3
+# Places in a piece of an edge whose mean is exact for cubics.
+EDGE_NODES = 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3)
 
 
 @runtime_checkable
@@ -29,6 +34,18 @@ class Surface(Protocol):
 
     def gaps(self, x: Array, y: Array) -> NDArray[np.bool_]:
         """Say where nothing is known of the surface, at the points x (n,) by y (m,), shape (m, n)."""
+        ...
+
+    def along_edges(self, start: Array, stop: Array, size: Array) -> Array:
+        """Mean elevation along straight edges (n, 2), as cells of these sizes (n,) have it, (n,), m."""
+        ...
+
+    def hessian_at(self, x: Array, y: Array) -> tuple[Array, Array, Array]:
+        """Give what `hessian` does at places x, y of one shape."""
+        ...
+
+    def gaps_at(self, x: Array, y: Array) -> NDArray[np.bool_]:
+        """Say what `gaps` does at places x, y of one shape."""
         ...
 
 
@@ -90,17 +107,17 @@ class ElevationModel:
 
     def _at(self, x: Array, y: Array, values: Array, order: int) -> Array:
         """Interpolate values of the cells at x (n,) by y (m,); beyond the outer cells goes on linearly."""
-        from scipy.interpolate import RectBivariateSpline
-
-        pad = 3
         columns, rows = (x - self.x[0]) / self.spacing, (y - self.y[0]) / self.spacing
         if all(np.abs(a - np.rint(a)).max() < SAME for a in (columns, rows)):
             # the cells themselves: mirror images agree to the last bit
             return self._cells(np.rint(rows).astype(int), np.rint(columns).astype(int), values)
-        padded = np.pad(values, pad, mode="reflect", reflect_type="odd")
-        numbers = (np.arange(-pad, n + pad) for n in values.shape)
-        spline = RectBivariateSpline(*numbers, padded, kx=order, ky=order)
-        return np.asarray(spline(rows, columns))
+        return np.asarray(_spline(values, order)(rows, columns))
+
+    def _scattered(self, x: Array, y: Array, values: Array) -> Array:
+        """Interpolate values of the cells at places x, y of one shape linearly, as `_at`."""
+        return np.asarray(
+            _spline(values, 1).ev((y - self.y[0]) / self.spacing, (x - self.x[0]) / self.spacing)
+        )
 
     def corners(self, x: Array, y: Array) -> Array:
         """Elevation at the crossings of x (n + 1,) and y (m + 1,), shape (m + 1, n + 1), m.
@@ -147,23 +164,84 @@ class ElevationModel:
         if self.curvature_length is None:
             nothing = np.zeros((len(y), len(x)))
             return nothing, nothing, nothing
-        deviation = self.curvature_length / 2 / self.spacing
+        z_xx, z_xy, z_yy = self._second_derivatives(self.curvature_length)
+        return self._at(x, y, z_xx, 1), self._at(x, y, z_xy, 1), self._at(x, y, z_yy, 1)
+
+    def hessian_at(self, x: Array, y: Array) -> tuple[Array, Array, Array]:
+        """Give what `hessian` does at places x, y of one shape."""
+        if self.curvature_length is None:
+            return np.zeros_like(x), np.zeros_like(x), np.zeros_like(x)
+        z_xx, z_xy, z_yy = self._second_derivatives(self.curvature_length)
+        return tuple(self._scattered(x, y, z) for z in (z_xx, z_xy, z_yy))  # type: ignore[return-value]
+
+    def _second_derivatives(self, length: float) -> tuple[Array, Array, Array]:
+        """Second derivatives at the cells of the raster, of elevations averaged over a length, m-1."""
+        deviation = length / 2 / self.spacing
         z = self._averaged(deviation) if deviation > 0 else self.filled
         # slopes as cells between corners have them, the means of four elevations
         z_x, z_y = (np.gradient(_smoothed(z, axis=1 - axis), self.spacing, axis=axis) for axis in (1, 0))
         z_xx, z_yy = np.gradient(z_x, self.spacing, axis=1), np.gradient(z_y, self.spacing, axis=0)
         z_xy = 0.5 * (np.gradient(z_x, self.spacing, axis=0) + np.gradient(z_y, self.spacing, axis=1))
-        return self._at(x, y, z_xx, 1), self._at(x, y, z_xy, 1), self._at(x, y, z_yy, 1)
+        return np.asarray(z_xx), np.asarray(z_xy), np.asarray(z_yy)
 
     def gaps(self, x: Array, y: Array) -> NDArray[np.bool_]:
         """Say where there is no data, or the raster has ended, at x (n,) by y (m,), shape (m, n)."""
+        return self.gaps_at(x[None, :], y[:, None])
+
+    def gaps_at(self, x: Array, y: Array) -> NDArray[np.bool_]:
+        """Say the same at places x, y, which are broadcast."""
         columns = np.rint((x - self.x[0]) / self.spacing).astype(int)
         rows = np.rint((y - self.y[0]) / self.spacing).astype(int)
-        inside = ((rows >= 0) & (rows < len(self.y)))[:, None] & ((columns >= 0) & (columns < len(self.x)))
-        known = np.isfinite(self.elevation)[rows.clip(0, len(self.y) - 1)][
-            :, columns.clip(0, len(self.x) - 1)
-        ]
+        inside = ((rows >= 0) & (rows < len(self.y))) & ((columns >= 0) & (columns < len(self.x)))
+        known = np.isfinite(self.elevation)[rows.clip(0, len(self.y) - 1), columns.clip(0, len(self.x) - 1)]
         return np.asarray(~(inside & known))
+
+    def along_edges(self, start: Array, stop: Array, size: Array) -> Array:
+        """Mean elevation along straight edges (n, 2), as cells of these sizes (n,) have it, (n,), m.
+
+        By cubic splines, at places as close as the cells of the raster or closer. For cells as large as those
+        or larger elevations are averaged over a cell of the raster first, as `corners` does.
+        """
+        way = stop - start
+        pieces = np.ceil(np.hypot(*way.T) / self.spacing).clip(1).astype(int)
+        found = np.empty(len(way))
+        for smooth in (False, True):
+            own = (size >= self.spacing * (1 - SAME)) == smooth
+            if not own.any():
+                continue
+            for count in np.unique(pieces[own]):
+                chosen = own & (pieces == count)
+                nodes = (np.arange(count)[:, None] + EDGE_NODES).ravel() / count
+                x, y = (start[chosen] + nodes[:, None, None] * way[chosen]).transpose(2, 0, 1)
+                found[chosen] = self.smoothly_at(x, y, averaged=smooth).mean(axis=0)
+        return found
+
+    def smoothly_at(self, x: Array, y: Array, *, averaged: bool) -> Array:
+        """Elevation at places x, y of one shape by cubic splines, m, after an average over a cell or not."""
+        spline = self._averaged_spline if averaged else self._own_spline
+        return np.asarray(spline.ev((y - self.y[0]) / self.spacing, (x - self.x[0]) / self.spacing))
+
+    @cached_property
+    def _own_spline(self) -> RectBivariateSpline:
+        return _spline(self.filled, 3)
+
+    @cached_property
+    def _averaged_spline(self) -> RectBivariateSpline:
+        return _spline(self._averaged(0.5), 3)
+
+    def elevation_at(self, x: Array, y: Array) -> Array:
+        """Elevation at places x, y of one shape, m; NaN where there is no data."""
+        return np.where(self.gaps_at(x, y), np.nan, self._scattered(x, y, self.filled))
+
+
+def _spline(values: Array, order: int) -> RectBivariateSpline:
+    """Interpolate values of cells by their numbers of rows and columns; beyond the outer ones linearly."""
+    from scipy.interpolate import RectBivariateSpline
+
+    pad = 3
+    padded = np.pad(values, pad, mode="reflect", reflect_type="odd")
+    numbers = (np.arange(-pad, n + pad) for n in values.shape)
+    return RectBivariateSpline(*numbers, padded, kx=order, ky=order)
 
 
 def _smoothed(values: Array, axis: int) -> Array:
@@ -198,7 +276,11 @@ def plan_slopes(corners: Array, spacing: float) -> tuple[Array, Array]:
 
 def frames_of(corners: Array, spacing: float) -> tuple[Array, Array]:
     """Give the unit vectors e1 and e2 of the cells between corners (m + 1, n + 1), two of shape (3, m, n)."""
-    b_x, b_y = plan_slopes(corners, spacing)
+    return tangents(*plan_slopes(corners, spacing))
+
+
+def tangents(b_x: Array, b_y: Array) -> tuple[Array, Array]:
+    """Give the unit vectors e1 and e2 of cells of such slopes in plan, two of shape (3, ...)."""
     w, level = np.sqrt(1.0 + (b_x * b_x + b_y * b_y)), np.sqrt(1.0 + b_x * b_x)
     e_1 = np.stack([1.0 / level, np.zeros_like(b_x), b_x / level])
     return e_1, np.stack([-b_x * b_y / (w * level), level / w, b_y / (w * level)])

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from solver.arrays import Array
-from solver.physics.elevation import ElevationModel, Surface, edges_of, lifted_area
+from solver.physics.elevation import ElevationModel, Surface
 from solver.physics.terrain import Terrain
 from solver.points.lattice import Lattice
-from solver.release.polygons import polygon_shares
+from solver.points.on_surface import area_on_bed, known
+from solver.release.polygons import in_polygon
 from solver.release.shapes import Box
 
 if TYPE_CHECKING:
@@ -51,21 +52,21 @@ def erodible_on_profile(
 
 def erodible_on_surface(
     depth: float | ElevationModel | None,
-    lattice: Lattice,
+    points: Lattice | PointCloud,
     surface: Surface,
     polygons: Sequence[tuple[Rings, float]] | None = None,
     *,
     vertical: bool = False,
 ) -> Array:
-    """Erodible depth normal to the bed of a surface, of the shape of the lattice, m.
+    """Erodible depth normal to the bed of a surface, of the shape of the points, m.
 
     Parameters
     ----------
     depth : float, ElevationModel or None
         Depth, m, or a raster of depths, which is 0 where it has no data; None with polygons that have their
         own.
-    lattice : Lattice
-        The cells.
+    points : Lattice or PointCloud
+        Whose cells.
     surface : Surface
         The bed; where nothing is known of it there is nothing to erode.
     polygons : sequence of (rings, depth), optional
@@ -75,15 +76,18 @@ def erodible_on_surface(
         Whether depths are measured vertically.
     """
     if isinstance(depth, ElevationModel):
-        found = np.nan_to_num(depth.at(lattice.x_points, lattice.y_points))
-        laid = np.maximum(found, 0.0)
+        found = (
+            depth.at(points.x_points, points.y_points)
+            if isinstance(points, Lattice)
+            else depth.elevation_at(*points.control_volumes.centroid.T)
+        )
+        laid = np.maximum(np.nan_to_num(found), 0.0)
     else:
-        laid = np.full(lattice.shape, 1.0 if depth is None else float(depth))
+        laid = np.full(points.shape, 1.0 if depth is None else float(depth))
     if polygons is not None:
-        shares = [polygon_shares(rings, lattice) * (own if depth is None else 1.0) for rings, own in polygons]
-        laid = laid * np.sum(shares, axis=0)
-    laid = laid * ~surface.gaps(lattice.x_points, lattice.y_points)
+        held = [in_polygon(rings, points) * (own if depth is None else 1.0) for rings, own in polygons]
+        laid = laid * np.sum(held, axis=0)
+    laid = laid * known(surface, points)
     if vertical:
-        edges = (edges_of(a, lattice.dx) for a in (lattice.x_points, lattice.y_points))
-        laid = laid * (lattice.cell_area / lifted_area(surface.corners(*edges), lattice.dx))
+        laid = laid * (points.cell_area / area_on_bed(surface, points))
     return laid

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from solver.arrays import Array
-from solver.physics.elevation import Surface, lifted_area
+from solver.physics.elevation import Surface
 from solver.points.lattice import Lattice
+from solver.points.on_surface import area_on_bed, known
 from solver.release.initial_state import Laid
+
+if TYPE_CHECKING:
+    from solver.points.cloud import PointCloud
 
 # What is left of a cell outside a polygon is round-off.
 SLIVER = 1e-12
@@ -77,6 +81,23 @@ def polygon_shares(rings: Sequence[Array], lattice: Lattice) -> Array:
     return np.where(shares > SLIVER, np.minimum(shares, 1.0), 0.0)
 
 
+def in_polygon(rings: Sequence[Array], points: Lattice | PointCloud) -> Array:
+    """Share of the plan area of each cell that lies in a polygon, of the shape of the points.
+
+    Parameters
+    ----------
+    rings : sequence of array
+        As of `polygon_shares`.
+    points : Lattice or PointCloud
+        Whose cells.
+    """
+    if isinstance(points, Lattice):
+        return polygon_shares(rings, points)
+    from solver.release.shares import shares
+
+    return shares(rings, points)
+
+
 def _add_edge(start: Array, stop: Array, cover: Array, part: Array) -> None:
     """Add what an edge covers, in units of cells; upward edges count negative: inside is on their left."""
     ny, columns = cover.shape
@@ -106,30 +127,29 @@ def ring_area(ring: Array) -> float:
     return float(0.5 * (x * np.roll(y, -1) - np.roll(x, -1) * y).sum())
 
 
-def surface_state(releases: Sequence[PolygonRelease], lattice: Lattice, surface: Surface) -> Laid:
+def surface_state(releases: Sequence[PolygonRelease], points: Lattice | PointCloud, surface: Surface) -> Laid:
     """Lay polygon releases on a surface, at rest; where they overlap depths add up.
 
-    Volumes are by the area of the cells on the bed. What lies outside the lattice is lost; its volume is
-    that of its plan area times the mean of bed area over plan area within.
+    Volumes are by the area of the cells on the bed. What lies outside all cells is lost; its volume is that
+    of its plan area times the mean of bed area over plan area within.
 
     Raises
     ------
     ValueError
-        If there is no release, or one lies wholly outside the lattice or on no data.
+        If there is no release, or one lies wholly outside all cells or on no data.
     """
     if not releases:
         raise ValueError("there is nothing to release")
-    d = lattice.dx
-    edges = (np.append(a - d / 2, a[-1] + d / 2) for a in (lattice.x_points, lattice.y_points))
-    area = lifted_area(surface.corners(*edges), d)
-    known = ~surface.gaps(lattice.x_points, lattice.y_points)
-    depth, asked, lost = np.zeros(lattice.shape), 0.0, 0.0
+    # cells of a lattice are alike
+    each, plan = (points.dx * points.dx, 1.0) if isinstance(points, Lattice) else (1.0, points.cell_area)
+    area, seen = area_on_bed(surface, points), known(surface, points)
+    depth, asked, lost = np.zeros(points.shape), 0.0, 0.0
     for number, release in enumerate(releases):
-        shares = polygon_shares(release.rings, lattice) * known
-        inside = float(shares.sum()) * d * d
+        shares = in_polygon(release.rings, points) * seen
+        inside = float((shares * plan).sum()) * each
         if inside <= 0:
             raise ValueError(f"release {number} lies wholly outside the domain or where there is no data")
-        factor = d * d / area if release.measured == "vertical" else 1.0
+        factor = plan * each / area if release.measured == "vertical" else 1.0
         layer = shares * factor
         held = float((layer * area).sum())
         whole = held * max(1.0, sum(map(ring_area, release.rings)) / inside)
@@ -138,5 +158,5 @@ def surface_state(releases: Sequence[PolygonRelease], lattice: Lattice, surface:
         depth += scale * layer
         asked += scale * whole
         lost += scale * (whole - held)
-    nothing = np.zeros(lattice.shape)
+    nothing = np.zeros(points.shape)
     return Laid(depth, nothing, nothing.copy(), float((depth * area).sum()), asked, lost)

@@ -13,18 +13,23 @@ from scipy.integrate import solve_ivp
 
 from solver.arrays import Array
 from solver.physics.constants import GRAVITY
-from solver.physics.elevation import edges_of, frames_of, lifted_area
+from solver.physics.elevation import edges_of, frames_of, tangents
 from solver.physics.friction import Coulomb
+from solver.points.cloud import PointCloud, random_points
 from solver.points.lattice import Lattice
+from solver.points.on_surface import area_on_bed, mean_slopes
 from solver.result import Result
 from solver.scene import Scene, WeightedResidual
 from solver.simulation import simulate
+from solver.verification.cases import relative_l2
 from solver.verification.exact_solutions import FrictionlessCap
-from solver.verification.surfaces import Bowl, Inclined, Trough, cell_means
+from solver.verification.surfaces import Bowl, ClosedForm, Inclined, Trough, cell_means
 
 RADIUS = 100.0
 # breadth of a patch, m: where its depth has fallen by e
 BREADTH = 6.0
+# of the places of clouds
+SEED = 1
 
 
 class Arc(NamedTuple):
@@ -48,13 +53,31 @@ class Arc(NamedTuple):
     rests: bool
 
 
+def scattered(half_x: float, half_y: float, spacing: float) -> PointCloud:
+    """Place evenly random points around the origin, one for each square of a spacing, m."""
+    count = round(4 * half_x * half_y / spacing**2)
+    return random_points((-half_x, half_x), (-half_y, half_y), count, SEED)
+
+
+def seen(surface: ClosedForm, points: Lattice | PointCloud) -> tuple[Array, ...]:
+    """Give x and y of the cells' centres, their areas on the bed, and e1, e2 and normal of their frames."""
+    if isinstance(points, Lattice):
+        x, y = points.coordinates
+        z = surface.corners(*(edges_of(a, points.dx) for a in (points.x_points, points.y_points)))
+        e_1, e_2 = frames_of(z, points.dx)
+    else:
+        x, y = points.control_volumes.centroid.T
+        e_1, e_2 = tangents(*mean_slopes(surface, points.control_volumes))
+    return x, y, area_on_bed(surface, points), e_1, e_2, np.cross(e_1, e_2, axis=0)
+
+
 def centred(half_x: float, half_y: float, spacing: float) -> Lattice:
     """Lay a lattice around the origin whose points lie on multiples of the spacing, m."""
     half_x, half_y = (float(np.ceil(a / spacing) * spacing) for a in (half_x, half_y))
     return Lattice((-half_x, half_x), (-half_y, half_y), spacing)
 
 
-def cap_error(azimuth: float, root: float) -> tuple[float, Result]:
+def cap_error(azimuth: float, root: float, layout: str = "lattice") -> tuple[float, Result]:
     """Relative L2 error of depth of the frictionless cap on a plane of 35 degrees, at 5 s, and its run.
 
     Parameters
@@ -63,19 +86,24 @@ def cap_error(azimuth: float, root: float) -> tuple[float, Result]:
         Direction of the fall, degrees.
     root : float
         Square root of the area of a cell, m.
+    layout : str
+        Of the points, "lattice" or "cloud".
     """
     surface, solution = Inclined(azimuth, 35.0), FrictionlessCap()
     fall = float(np.cos(np.radians(35)))
     c, s = surface.direction
-    points = centred(150 + 180 * c, 150 + 180 * s, root * float(np.sqrt(fall)))
+    lay = centred if layout == "lattice" else scattered
+    points = lay(150 + 180 * c, 150 + 180 * s, root * float(np.sqrt(fall)))
+    x, y, area, *_ = seen(surface, points)
 
     def depth(x: Array, y: Array, time: float) -> Array:
         return solution(surface.along(x, y) / fall, surface.across(x, y), time)[0]
 
-    first = cell_means(lambda x, y: depth(x, y, 0.0), points)
+    first = (
+        cell_means(lambda x, y: depth(x, y, 0.0), points) if isinstance(points, Lattice) else depth(x, y, 0.0)
+    )
     run = simulate(Scene(points, surface, first, 0 * first, 0 * first, Coulomb(0.0)), [5.0])
-    known = depth(*points.coordinates, 5.0)
-    return float(np.linalg.norm(run.depth[-1] - known) / np.linalg.norm(known)), run
+    return relative_l2(run.depth[-1], depth(x, y, 5.0), area), run
 
 
 def slide_on_arc(
@@ -89,6 +117,7 @@ def slide_on_arc(
     friction: float,
     gravity: float,
     end: float,
+    layout: str = "lattice",
 ) -> Arc:
     """Let a round patch slide along a great circle of a surface of radius RADIUS.
 
@@ -108,17 +137,17 @@ def slide_on_arc(
         In m s-2.
     end : float
         In s.
+    layout : str
+        Of the points, "lattice" or "cloud".
     """
     c, s = np.cos(np.radians(azimuth)), np.sin(np.radians(azimuth))
     place, room = abs(RADIUS * np.sin(start / RADIUS)), 3.8 * BREADTH * (c + s)
-    points = centred(place * c + room, place * s + room, spacing)
-    x, y = points.coordinates
+    lay = centred if layout == "lattice" else scattered
+    points = lay(place * c + room, place * s + room, spacing)
+    x, y, area, e_1, e_2, normal = seen(surface, points)
     along, across = c * x + s * y, c * y - s * x
     h = depth * np.exp(-((along - RADIUS * np.sin(start / RADIUS)) ** 2 + across**2) / BREADTH**2)
     h[h < 1e-6 * depth] = 0
-    z = surface.corners(*(edges_of(a, points.dx) for a in (points.x_points, points.y_points)))
-    area, (e_1, e_2) = lifted_area(z, points.dx), frames_of(z, points.dx)
-    normal = np.cross(e_1, e_2, axis=0)
     way = np.stack([np.full_like(x, c), np.full_like(x, s), -(normal[0] * c + normal[1] * s) / normal[2]])
     way *= speed * (h > 0) / np.sqrt((way**2).sum(0))
     scene = Scene(
@@ -133,7 +162,7 @@ def slide_on_arc(
     )
     run = simulate(scene, [0.0, end])
     squares = run.velocity_x**2 + run.velocity_y**2
-    energy = (run.depth * squares * area).sum(axis=(1, 2))
+    energy = (run.depth * squares * area).reshape(2, -1).sum(axis=1)
     volume = run.depth * area
     arc = RADIUS * np.arcsin(np.clip(along / RADIUS, -1.0, 1.0))
     places = [float((each * arc).sum() / each.sum()) for each in volume]
@@ -145,16 +174,16 @@ def slide_on_arc(
     )
 
 
-def without_gravity(surface: Trough | Bowl, azimuth: float, spacing: float) -> Arc:
+def without_gravity(surface: Trough | Bowl, azimuth: float, spacing: float, layout: str = "lattice") -> Arc:
     """Let a patch of 10 m s-1 go 100 m without gravity: its energy and direction must stay."""
     free = {"start": -50.0, "speed": 10.0, "depth": 1.0, "friction": 0.0, "gravity": 1e-9, "end": 10.0}
-    return slide_on_arc(surface, azimuth, spacing, **free)
+    return slide_on_arc(surface, azimuth, spacing, layout=layout, **free)
 
 
-def with_friction(azimuth: float, spacing: float, depth: float = 0.02) -> Arc:
+def with_friction(azimuth: float, spacing: float, depth: float = 0.02, layout: str = "lattice") -> Arc:
     """Let a thin patch slide from rest down a trough, with a bed friction of 20 degrees."""
     held = {"start": -70.0, "speed": 0.0, "friction": 20.0, "gravity": GRAVITY, "end": 60.0}
-    return slide_on_arc(Trough(azimuth, RADIUS), azimuth, spacing, depth=depth, **held)
+    return slide_on_arc(Trough(azimuth, RADIUS), azimuth, spacing, depth=depth, layout=layout, **held)
 
 
 def way_of_a_point(start: float = -70.0, friction: float = 20.0) -> float:
@@ -175,11 +204,20 @@ def way_of_a_point(start: float = -70.0, friction: float = 20.0) -> float:
 
 
 def report() -> Iterator[str]:
-    """Give the tables, line by line."""
+    """Give the tables, line by line: of the lattice, then of clouds."""
+    yield from of_layout("lattice")
+    yield ""
+    yield "On clouds:"
+    yield ""
+    yield from of_layout("cloud")
+
+
+def of_layout(layout: str) -> Iterator[str]:
+    """Give the tables of points of a layout, "lattice" or "cloud", line by line."""
     yield "| frictionless cap, relative L2 of depth at 5 s | 0 | 30 | 45 degrees |"
     yield "|---|---|---|---|"
     for root in (8.0, 4.0, 2.0):
-        errors = (f"{cap_error(azimuth, root)[0]:.2e}" for azimuth in (0.0, 30.0, 45.0))
+        errors = (f"{cap_error(azimuth, root, layout)[0]:.2e}" for azimuth in (0.0, 30.0, 45.0))
         yield f"| {root:g} m | {' | '.join(errors)} |"
     yield ""
     yield "| 100 m along an arc, no gravity | azimuth | spacing | change of energy | sideways |"
@@ -188,7 +226,7 @@ def report() -> Iterator[str]:
         for azimuth in (0.0, 30.0, 45.0):
             for spacing in (4.0, 2.0, 1.0):
                 bed = Trough(azimuth, RADIUS) if surface is Trough else Bowl(RADIUS)
-                arc = without_gravity(bed, azimuth, spacing)
+                arc = without_gravity(bed, azimuth, spacing, layout)
                 yield f"| {name} | {azimuth:g} | {spacing:g} m | {arc.energy:.1e} | {arc.sideways:.3f} m |"
     yield ""
     yield f"| friction; a point goes {way_of_a_point():.2f} m | depth | spacing | goes | sideways |"
@@ -196,7 +234,7 @@ def report() -> Iterator[str]:
     for azimuth in (0.0, 30.0, 45.0):
         for depth in (0.02, 0.2, 2.0):
             for spacing in (4.0, 2.0, 1.0):
-                arc = with_friction(azimuth, spacing, depth)
+                arc = with_friction(azimuth, spacing, depth, layout)
                 yield (
                     f"| {azimuth:g} degrees | {depth:g} m | {spacing:g} m | {arc.went:.2f} m "
                     f"| {arc.sideways:.3f} m |"

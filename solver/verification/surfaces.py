@@ -9,12 +9,46 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.arrays import Array
+from solver.physics.elevation import EDGE_NODES
 from solver.physics.terrain import SlopeProfile
 from solver.points.lattice import Lattice
 
 
+class ClosedForm:
+    """A surface of which elevation and second derivatives are known at every place."""
+
+    def at(self, x: Array, y: Array) -> Array:
+        """Elevation at places of one shape, m."""
+        raise NotImplementedError
+
+    def hessian_at(self, x: Array, y: Array) -> tuple[Array, Array, Array]:
+        """Second derivatives at places of one shape, m-1."""
+        raise NotImplementedError
+
+    def corners(self, x: Array, y: Array) -> Array:
+        """Elevation at the crossings of x (n,) and y (m,), shape (m, n), m."""
+        return self.at(*np.meshgrid(x, y))
+
+    def hessian(self, x: Array, y: Array) -> tuple[Array, Array, Array]:
+        """Second derivatives at x (n,) by y (m,), three of shape (m, n), m-1."""
+        return self.hessian_at(*np.meshgrid(x, y))
+
+    def gaps(self, x: Array, y: Array) -> NDArray[np.bool_]:
+        """Nothing is unknown."""
+        return np.zeros((len(y), len(x)), dtype=bool)
+
+    def gaps_at(self, x: Array, y: Array) -> NDArray[np.bool_]:
+        """Nothing is unknown."""
+        return np.zeros(np.broadcast(x, y).shape, dtype=bool)
+
+    def along_edges(self, start: Array, stop: Array, size: Array) -> Array:
+        """Mean elevation along straight edges (n, 2), exact for cubics, (n,), m; size does not matter."""
+        places = [start + node * (stop - start) for node in EDGE_NODES]
+        return np.asarray(np.mean([self.at(*place.T) for place in places], axis=0))
+
+
 @dataclass(frozen=True)
-class Cylindrical:
+class Cylindrical(ClosedForm):
     """A surface that falls in one direction of the compass, and does not vary across it.
 
     Parameters
@@ -53,18 +87,14 @@ class Cylindrical:
         c, s = self.direction
         return np.asarray(c * y - s * x)
 
-    def corners(self, x: Array, y: Array) -> Array:
-        """Elevation at the crossings of x (n,) and y (m,), shape (m, n), m."""
-        return self.heights(self.along(*np.meshgrid(x, y)))
+    def at(self, x: Array, y: Array) -> Array:
+        """Elevation at places of one shape, m."""
+        return self.heights(self.along(x, y))
 
-    def hessian(self, x: Array, y: Array) -> tuple[Array, Array, Array]:
-        """Second derivatives at x (n,) by y (m,), three of shape (m, n), m-1."""
-        bend, (c, s) = self.bends(self.along(*np.meshgrid(x, y))), self.direction
+    def hessian_at(self, x: Array, y: Array) -> tuple[Array, Array, Array]:
+        """Second derivatives at places of one shape, m-1."""
+        bend, (c, s) = self.bends(self.along(x, y)), self.direction
         return bend * c * c, bend * c * s, bend * s * s
-
-    def gaps(self, x: Array, y: Array) -> NDArray[np.bool_]:
-        """Nothing is unknown."""
-        return np.zeros((len(y), len(x)), dtype=bool)
 
 
 @dataclass(frozen=True)
@@ -126,7 +156,7 @@ class Profiled(Cylindrical):
 
 
 @dataclass(frozen=True)
-class Bowl:
+class Bowl(ClosedForm):
     """The lower part of a sphere of ``radius`` m around the origin, flat beyond 0.95 radii."""
 
     radius: float
@@ -134,19 +164,14 @@ class Bowl:
     def _below_centre(self, x: Array, y: Array) -> Array:
         return np.asarray(np.sqrt(self.radius**2 - np.minimum(x**2 + y**2, (0.95 * self.radius) ** 2)))
 
-    def corners(self, x: Array, y: Array) -> Array:
-        """Elevation above the centre at the crossings of x (n,) and y (m,), shape (m, n), m."""
-        return -self._below_centre(*np.meshgrid(x, y))
+    def at(self, x: Array, y: Array) -> Array:
+        """Elevation above the centre at places of one shape, m."""
+        return -self._below_centre(x, y)
 
-    def hessian(self, x: Array, y: Array) -> tuple[Array, Array, Array]:
-        """Second derivatives at x (n,) by y (m,), three of shape (m, n), m-1."""
-        x, y = np.meshgrid(x, y)
+    def hessian_at(self, x: Array, y: Array) -> tuple[Array, Array, Array]:
+        """Second derivatives at places of one shape, m-1."""
         z = self._below_centre(x, y)
         return (z**2 + x**2) / z**3, x * y / z**3, (z**2 + y**2) / z**3
-
-    def gaps(self, x: Array, y: Array) -> NDArray[np.bool_]:
-        """Nothing is unknown."""
-        return np.zeros((len(y), len(x)), dtype=bool)
 
 
 def cell_means(function: Callable[[Array, Array], Array], lattice: Lattice, number: int = 8) -> Array:

@@ -24,6 +24,43 @@ def test_a_cap_slides_alike_in_every_direction(azimuth, root, most):
     assert abs(run.ledger.error) < 1e-14
 
 
+@pytest.mark.parametrize("azimuth", [0, 30, 45])
+def test_a_cap_on_a_cloud_slides_alike_in_every_direction(azimuth):
+    # the cloud of a slope profile has 9.9e-3 and 3.9e-3 there
+    for root, most in ((4.0, 1.1e-2), (2.0, 4e-3)):
+        error, run = cap_error(azimuth, root, "cloud")
+        assert error <= most
+        assert abs(run.ledger.error) < 1e-14
+
+
+@pytest.mark.parametrize(
+    ("surface", "azimuth", "spacing", "most"),
+    [
+        (Trough(0, RADIUS), 0, 2, 1.5e-5),
+        (Trough(30, RADIUS), 30, 2, 1.5e-5),
+        (Trough(45, RADIUS), 45, 2, 1.5e-5),
+        (Bowl(RADIUS), 30, 2, 3e-4),
+        (Bowl(RADIUS), 45, 1, 1e-4),
+    ],
+)
+def test_on_a_cloud_no_energy_is_made_or_lost_along_an_arc_without_gravity(surface, azimuth, spacing, most):
+    arc = without_gravity(surface, azimuth, spacing, "cloud")
+    assert abs(arc.energy) <= most
+    assert abs(arc.sideways) < 0.1
+
+
+@pytest.mark.parametrize("azimuth", [0, 30, 45])
+def test_on_a_cloud_a_thin_patch_with_friction_goes_as_far_as_a_point(azimuth):
+    arc = with_friction(azimuth, 2.0, layout="cloud")
+    assert arc.rests
+    assert abs(arc.went - way_of_a_point()) < 1.2
+
+
+def test_a_patch_that_brakes_on_a_cloud_drifts_less_on_a_finer_one():
+    coarse, fine = (with_friction(30, spacing, depth=2.0, layout="cloud").sideways for spacing in (4.0, 2.0))
+    assert abs(fine) < 0.5 * abs(coarse) < 0.1
+
+
 def test_on_flat_ground_it_is_the_lattice():
     points = centred(20, 14, 0.5)
     x, y = points.coordinates
