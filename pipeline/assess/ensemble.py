@@ -224,10 +224,13 @@ def ensemble(store: xr.Dataset, spacing: float | None = None) -> xr.Dataset:
     # a handful of numbers, looked at again and again
     runs[STATUS.name] = store[STATUS.name].load()
     if "point" in store.dims:
-        runs = gridded(runs.assign_coords(area=store["area"]), spacing or mean_spacing(store))
-    if on_surface(store) and "run" in store["elevation"].dims:
+        ground = {name: store[name] for name in ("area", "elevation") if name in store.variables}
+        runs = gridded(runs.assign_coords(ground), spacing or mean_spacing(store))
+    elif on_surface(store):
+        runs = runs.assign_coords(elevation=store["elevation"])
+    if on_surface(store) and "run" in runs["elevation"].dims:
         # one ground for maps of runs whose earthworks differ
-        runs = runs.assign_coords(elevation=store["elevation"].max("run", keep_attrs=True))
+        runs = runs.assign_coords(elevation=runs["elevation"].max("run", keep_attrs=True))
     places = [name for name in PLACES if name in runs.variables]
     runs = runs[[*kept, STATUS.name]].reset_coords()[[*kept, STATUS.name, *places]].set_coords(places)
     runs = runs.drop_vars("run", errors="ignore")

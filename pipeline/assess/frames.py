@@ -13,11 +13,14 @@ from pipeline.runs.scene_of_run import DEFAULT_THRESHOLD
 
 def on_surface(store: xr.Dataset) -> bool:
     """Whether a store is of runs on an elevation model."""
+    # a cloud on a profile has no other area
+    if "plan_area" in store.variables:
+        return True
     return "elevation" in store.variables and {"x", "y"} <= {*store["elevation"].dims}
 
 
 def bed(store: xr.Dataset, run: int) -> NDArray[np.float64]:
-    """Elevation of the bed of a run on an elevation model, with its earthworks, (ny, nx), m."""
+    """Elevation of the bed of a run on an elevation model, with its earthworks, of the shape of cells, m."""
     elevation = store["elevation"]
     return np.asarray(elevation.isel(run=run) if "run" in elevation.dims else elevation, np.float64)
 
@@ -30,9 +33,18 @@ def cell_area(store: xr.Dataset) -> xr.DataArray:
     return xr.DataArray(np.prod(list(spacings)))
 
 
+def plan_area(store: xr.Dataset) -> xr.DataArray:
+    """Area of the cells in plan, m2; on a slope profile their area on it."""
+    if "plan_area" in store.variables:
+        return store["plan_area"]
+    if on_surface(store):
+        return xr.DataArray(float(np.diff(store["x"]).mean()) ** 2)
+    return cell_area(store)
+
+
 def mean_spacing(store: xr.Dataset) -> float:
     """Root of the area per point of a cloud, m."""
-    return float(np.sqrt(store["area"].mean()))
+    return float(np.sqrt(plan_area(store).mean()))
 
 
 def space(store: xr.Dataset) -> list[str]:
@@ -78,10 +90,10 @@ def follow(store: xr.Dataset, threshold: float | None = None) -> xr.Dataset:
     # what the flow has taken up from its bed is no error
     taken = store["entrained"] if "entrained" in store.variables else 0.0
     if on_surface(store):
-        plan = float(np.diff(store["x"]).mean()) ** 2
+        plan = plan_area(store)
         extent = {
             "lowest_elevation": store["elevation"].where(body).min(over),
-            "body_area": plan * body.sum(over),
+            "body_area": plan * body.sum(over) if plan.ndim == 0 else (plan * body).sum(over),
         }
     else:
         extent = {

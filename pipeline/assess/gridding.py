@@ -12,8 +12,9 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 
+from pipeline.assess.frames import on_surface
 from pipeline.settings.section import Pair
-from pipeline.store.variables import COORDINATES
+from pipeline.store.variables import COORDINATES, SURFACE_COORDINATES
 
 if TYPE_CHECKING:
     from solver.lmls.gridding import Gridding
@@ -62,8 +63,11 @@ def gridded(store: xr.Dataset, spacing: float) -> xr.Dataset:
         way = grid.velocity if len(given) == 2 else ways.get(str(name), grid.within_range)
         result[name] = _apply(way, given, grid.lattice.shape).assign_attrs(field.attrs)
     axes = {"x": grid.lattice.x_points, "y": grid.lattice.y_points}
-    known = {v.name: v.cf_attributes for v in COORDINATES}
+    ground = on_surface(store)
+    known = {v.name: v.cf_attributes for v in (SURFACE_COORDINATES if ground else COORDINATES)}
     result = result.assign_coords({name: (name, at, known[name]) for name, at in axes.items()})
+    if ground:
+        return _with_ground(result, store, grid)
     along, first = np.unique(store["x"].to_numpy(), return_index=True)
     profile = [name for name in ("elevation", "horizontal_distance") if name in store.variables]
     for name in profile:
@@ -71,6 +75,33 @@ def gridded(store: xr.Dataset, spacing: float) -> xr.Dataset:
         dims = (*store[name].dims[:-1], "x")
         result[name] = (dims, line(axes["x"]), store[name].attrs)
     return result.set_coords([name for name in profile if name in store.coords])
+
+
+def _with_ground(result: xr.Dataset, store: xr.Dataset, grid: Gridding) -> xr.Dataset:
+    """Give the elevation and the area of cells on the bed at the points of the lattice."""
+    steepness = store["area"] / store["plan_area"] if "area" in store.variables else None
+    for name, given, times in (
+        ("elevation", store.get("elevation"), 1.0),
+        ("area", steepness, grid.lattice.cell_area),
+    ):
+        if given is None:
+            continue
+        values = np.atleast_2d(given.to_numpy().astype(np.float64))
+        # where there is no data near a place, there is none at it
+        laid = [
+            np.where(np.isnan(grid.nearest(each)), np.nan, grid.unlimited(_filled(each))) * times
+            for each in values
+        ]
+        dims = (*given.dims[:-1], "y", "x")
+        held = np.array(laid) if given.ndim > 1 else laid[0]
+        result[name] = (dims, held, store[name].attrs)
+    return result.set_coords([name for name in ("elevation", "area") if name in store.coords])
+
+
+def _filled(values: Array) -> Array:
+    """Put the mean of what is known in place of what is not, which is left out afterwards."""
+    unknown = np.isnan(values)
+    return np.where(unknown, values[~unknown].mean() if not unknown.all() else 0.0, values)
 
 
 @lru_cache(maxsize=2)

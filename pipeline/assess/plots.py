@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from pipeline.assess.frames import bed, mean_spacing, on_surface
+from pipeline.assess.frames import mean_spacing, on_surface
 from pipeline.assess.gridding import gridded
 from pipeline.assess.relief import draw_relief
 from pipeline.readable import number, with_unit
@@ -66,7 +66,7 @@ def depth_panels(
         raise ValueError(f"there is no run {run}: the store holds {store.sizes['run']}, counted from 0")
     if "depth" not in store:
         raise ValueError("the store keeps no depth")
-    frames = store[["depth"]].isel(run=run)
+    frames = store[["depth", *(["elevation"] if on_surface(store) else [])]].isel(run=run)
     frames = frames.isel(time=_chosen(frames["depth"], run, most, times))
     if "point" in frames.dims:
         frames = gridded(frames, mean_spacing(frames))
@@ -83,7 +83,7 @@ def depth_panels(
     levels = MaxNLocator(LEVELS, min_n_ticks=5).tick_values(0, max(float(depth.max()), 1e-6))
     filled = [levels[1] / 20, *levels[1:]]
     norm = BoundaryNorm(levels, colormaps[COLOURS].N)
-    ground = bed(store, run) if on_surface(store) else None
+    ground = frames["elevation"].to_numpy() if on_surface(store) else None
     for panel, frame in zip(axes.flat, depth, strict=False):
         values = frame.to_numpy()
         if ground is not None:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from pipeline.assess.ensemble import computed
-from pipeline.assess.frames import cell_area, on_surface, space
+from pipeline.assess.frames import plan_area, space
 from pipeline.scenario.scenario import stored
 from pipeline.settings.receptor import Receptor
 from pipeline.settings.section import Pair
@@ -33,9 +33,7 @@ class Cells:
         over = space(store)
         self.points = np.stack([a.transpose(*over).to_numpy().ravel() for a in (x, y)], axis=1)
         # cells on an elevation model are larger on the bed than in plan
-        self.spacing = float(
-            np.diff(store["x"]).mean() if on_surface(store) else np.sqrt(np.min(cell_area(store)))
-        )
+        self.spacing = float(np.sqrt(np.min(plan_area(store))))
         self.buildings = store["building"].to_numpy() == 1 if "building" in store.variables else None
 
     @cached_property

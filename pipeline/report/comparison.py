@@ -13,6 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from pipeline.assess.frames import bed, follow, mean_spacing, on_surface
+from pipeline.assess.gridding import gridded
 from pipeline.assess.plots import depth_panels, title_of
 from pipeline.assess.relief import draw_relief
 from pipeline.store.place import store_paths
@@ -134,6 +135,8 @@ def _profile(store: xr.Dataset, path: Path) -> Path:
 
 def _map(store: xr.Dataset, path: Path) -> Path:
     """Draw the ground with the release of the first run."""
+    if "point" in store.dims:
+        store = gridded(store[["depth", "elevation"]].isel(run=[0], time=[0]), mean_spacing(store))
     depth = store["depth"].isel(run=0, time=0).to_numpy()
     x, y = store["x"].to_numpy(), store["y"].to_numpy()
     figure = Figure(figsize=(9, 9 * (y[-1] - y[0]) / (x[-1] - x[0]) + 0.6), layout="compressed", dpi=150)

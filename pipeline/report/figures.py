@@ -17,7 +17,7 @@ from matplotlib.ticker import MaxNLocator
 from PIL import Image
 
 from pipeline.assess.ensemble import computed, counts, events_per_year
-from pipeline.assess.frames import bed, mean_spacing
+from pipeline.assess.frames import mean_spacing
 from pipeline.assess.georeference import Frame
 from pipeline.assess.gridding import gridded
 from pipeline.assess.plots import COLOURS, title_of
@@ -176,7 +176,8 @@ def film(
     """
     if "depth" not in store:
         return None
-    frames = store[["depth"]].isel(run=run)
+    on_map = frame is not None and frame.is_map
+    frames = store[["depth", *(["elevation"] if on_map else [])]].isel(run=run)
     if "point" in frames.dims:
         frames = gridded(frames.load(), mean_spacing(frames))
     depth = frames["depth"].dropna("time", how="all").load()
@@ -212,8 +213,8 @@ def film(
         fontsize="x-small",
         title_fontsize="x-small",
     )
-    if frame and frame.is_map:
-        draw_relief(axes, east[0], north[:, 0], bed(store, run))
+    if on_map:
+        draw_relief(axes, east[0], north[:, 0], frames["elevation"].to_numpy())
     if frame:
         corners = np.stack(frame.corners)
         axes.plot(*np.concatenate([corners, corners[:, :1]], axis=1), color="0.3", linewidth=0.6)

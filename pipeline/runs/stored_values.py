@@ -19,10 +19,11 @@ from pipeline.runs.scene_of_run import Prepared
 from pipeline.runs.summary import summarise
 from pipeline.store.variables import FIELDS, SERIES, Status
 from solver.checks.plausibility import doubts
-from solver.physics.elevation import ElevationModel, edges_of, lifted_area
+from solver.physics.elevation import ElevationModel
 from solver.physics.terrain import SlopeProfile
 from solver.points.cloud import PointCloud
 from solver.points.lattice import Lattice
+from solver.points.on_surface import area_on_bed
 from solver.result import OUT_OF_TIME, Failure, Result, SectionResult
 
 
@@ -59,7 +60,7 @@ def implausible(prepared: Prepared, result: Result) -> list[str]:
 def profile_values(prepared: Prepared) -> dict[str, NDArray[np.float64]]:
     """Elevation and horizontal distance at the points of a cloud or along those of a lattice, (nx,), m.
 
-    On an elevation model elevation, m, and area on the bed, m2, of the cells, (ny, nx).
+    On an elevation model elevation, m, and area on the bed, m2, of the cells, of the shape of the points.
     """
     return _profile_values(prepared.terrain, prepared.scene.points)
 
@@ -69,10 +70,12 @@ def _profile_values(
     terrain: SlopeProfile | ElevationModel, points: Lattice | PointCloud
 ) -> dict[str, NDArray[np.float64]]:
     if isinstance(terrain, ElevationModel):
-        assert isinstance(points, Lattice)
-        corners = terrain.corners(*(edges_of(a, points.dx) for a in (points.x_points, points.y_points)))
-        elevation = terrain.at(points.x_points, points.y_points)
-        return {"elevation": elevation, "area": lifted_area(corners, points.dx)}
+        elevation = (
+            terrain.at(points.x_points, points.y_points)
+            if isinstance(points, Lattice)
+            else terrain.elevation_at(*points.control_volumes.centroid.T)
+        )
+        return {"elevation": elevation, "area": area_on_bed(terrain, points)}
     x = points.x_points if isinstance(points, Lattice) else points.coordinates[0]
     return {"elevation": terrain.elevation(x), "horizontal_distance": terrain.horizontal_distance(x)}
 
@@ -143,7 +146,7 @@ def _row(prepared: Prepared, result: Result, max_wall: float | None) -> dict[str
     if result.erosion_depth is not None:
         row["erosion_max_depth"] = float(result.erosion_depth.max())
     points = prepared.scene.points
-    if isinstance(prepared.terrain, ElevationModel) and isinstance(points, Lattice):
+    if isinstance(prepared.terrain, ElevationModel):
         reached = result.max_depth > prepared.threshold
         row["lifted_share"] = surface_summary.lifted_share(
             prepared.terrain, points, reached, result.max_speed, prepared.scene.gravity

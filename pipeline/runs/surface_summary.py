@@ -9,7 +9,9 @@ from numpy.typing import NDArray
 
 from pipeline.runs.scene_of_run import Prepared
 from solver.physics.elevation import ElevationModel, edges_of, plan_slopes
+from solver.points.cloud import PointCloud
 from solver.points.lattice import Lattice
+from solver.points.on_surface import mean_slopes
 
 Array = NDArray[np.float64]
 Cell = tuple[np.intp, ...]
@@ -19,6 +21,8 @@ FILM = 0.05
 LEAST_CELLS = 4
 # steps of a way over the ground, rows and columns
 WAYS = ((0, 1), (1, 0), (1, 1), (1, -1), (1, 2), (2, 1), (1, -2), (2, -1))
+# points around one, itself among them, that a way over a cloud may go on to
+NEAREST = 25
 # cells whose mean gives the direction of the ground, on a side
 AROUND = 11
 # cells of a narrow channel that hang together before it is told
@@ -28,7 +32,7 @@ NARROW = "a channel narrower than"
 
 
 def summarise_on_surface(
-    points: Lattice,
+    points: Lattice | PointCloud,
     elevation: Array,
     area: Array,
     release_depth: Array,
@@ -46,7 +50,7 @@ def summarise_on_surface(
 
     Parameters
     ----------
-    points : Lattice
+    points : Lattice or PointCloud
         Eastings and northings; the shape of arrays below is theirs.
     elevation : array
         Of the bed, m; NaN where nothing is known.
@@ -74,7 +78,7 @@ def summarise_on_surface(
     covered, reached = deposit_depth > threshold, max_depth > threshold
     release = (release_depth > 0) & known
     found |= {
-        "deposit_area": float(covered.sum()) * points.cell_area,
+        "deposit_area": plan_area(points, covered),
         "deposit_volume": float((deposit_depth * area)[covered].sum()),
     }
     if covered.any():
@@ -86,8 +90,10 @@ def summarise_on_surface(
     if (reached & known).any():
         crown, lowest = _between(points, elevation, release, reached & known)
         found["flow_runout_distance"] = _distance(points, crown, lowest)
-        found["flow_path_length"] = path_length(
-            points.dx, elevation, (reached & known) | release, crown, lowest
+        found["flow_path_length"] = (
+            path_length(points.dx, elevation, (reached & known) | release, crown, lowest)
+            if isinstance(points, Lattice)
+            else path_between_points(points, elevation, (reached & known) | release, crown, lowest)
         )
     if (covered & known).any():
         crown, toe = _between(points, elevation, release, covered & known)
@@ -98,6 +104,50 @@ def summarise_on_surface(
             "reach_angle": float(np.degrees(np.arctan2(drop, runout))),
         }
     return found
+
+
+def plan_area(points: Lattice | PointCloud, cells: NDArray[np.bool_]) -> float:
+    """Area in plan of some cells, m2."""
+    if isinstance(points, Lattice):
+        return float(cells.sum()) * points.cell_area
+    return float(points.cell_area[cells].sum())
+
+
+def path_between_points(
+    points: PointCloud, elevation: Array, reached: NDArray[np.bool_], start: Cell, stop: Cell
+) -> float:
+    """Length of the shortest way as `path_length` has it, on a cloud from each point to those nearest to it.
+
+    Parameters
+    ----------
+    points : PointCloud
+        In plan.
+    elevation : array
+        Of the bed, (n,), m.
+    reached : array
+        Points that the way may go over, (n,).
+    start, stop : tuple of int
+        Numbers of the ends.
+
+    Returns
+    -------
+    float
+        NaN where no way leads from one to the other.
+    """
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import dijkstra
+
+    count = min(NEAREST, len(points))
+    near, (x, y) = points.nearest(count), points.coordinates
+    one, other = np.repeat(near[:, 0], count - 1), near[:, 1:].ravel()
+    both = reached[one] & reached[other]
+    one, other = one[both], other[both]
+    way = np.sqrt(
+        (x[other] - x[one]) ** 2 + (y[other] - y[one]) ** 2 + (elevation[other] - elevation[one]) ** 2
+    )
+    graph = coo_array((way, (one, other)), shape=(len(points), len(points))).tocsr()
+    found = float(dijkstra(graph, directed=False, indices=start[0])[stop[0]])
+    return found if np.isfinite(found) else float("nan")
 
 
 def path_length(
@@ -152,7 +202,7 @@ def path_length(
 
 
 def _between(
-    points: Lattice, elevation: Array, release: NDArray[np.bool_], reached: NDArray[np.bool_]
+    points: Lattice | PointCloud, elevation: Array, release: NDArray[np.bool_], reached: NDArray[np.bool_]
 ) -> tuple[Cell, Cell]:
     """Find the highest cell of a release and the lowest that was reached."""
     highest = np.argwhere(release & (elevation == elevation[release].max()))
@@ -161,14 +211,20 @@ def _between(
     return max(pairs, key=lambda pair: _distance(points, *pair))
 
 
-def _distance(points: Lattice, start: Cell, stop: Cell) -> float:
+def _distance(points: Lattice | PointCloud, start: Cell, stop: Cell) -> float:
     """Horizontal distance between two cells, m."""
+    if not isinstance(points, Lattice):
+        return float(np.hypot(*(points.points[stop] - points.points[start])))
     (j, i), (n, m) = start, stop
     return float(np.hypot(points.x_points[m] - points.x_points[i], points.y_points[n] - points.y_points[j]))
 
 
 def lifted_share(
-    terrain: ElevationModel, points: Lattice, reached: NDArray[np.bool_], max_speed: Array, gravity: float
+    terrain: ElevationModel,
+    points: Lattice | PointCloud,
+    reached: NDArray[np.bool_],
+    max_speed: Array,
+    gravity: float,
 ) -> float:
     """Share of the cells that a flow reached where its largest speed may have lifted it off the bed.
 
@@ -179,21 +235,25 @@ def lifted_share(
     ----------
     terrain : ElevationModel
         The bed.
-    points : Lattice
-        Its cells, (ny, nx).
+    points : Lattice or PointCloud
+        Its cells; the shape of arrays below is theirs.
     reached : array
-        Whether the flow came to a cell, (ny, nx).
+        Whether the flow came to a cell.
     max_speed : array
-        Largest speed over all time steps, (ny, nx), m s-1.
+        Largest speed over all time steps, m s-1.
     gravity : float
         m s-2.
     """
     if not reached.any() or terrain.curvature_length is None:
         return 0.0
-    x, y = points.x_points, points.y_points
-    b_x, b_y = plan_slopes(terrain.corners(edges_of(x, points.dx), edges_of(y, points.dx)), points.dx)
+    if isinstance(points, Lattice):
+        x, y = points.x_points, points.y_points
+        b_x, b_y = plan_slopes(terrain.corners(edges_of(x, points.dx), edges_of(y, points.dx)), points.dx)
+        z_xx, z_xy, z_yy = terrain.hessian(x, y)
+    else:
+        b_x, b_y = mean_slopes(terrain, points.control_volumes)
+        z_xx, z_xy, z_yy = terrain.hessian_at(*points.control_volumes.centroid.T)
     w_squared, steep = 1.0 + b_x * b_x + b_y * b_y, b_x * b_x + b_y * b_y
-    z_xx, z_xy, z_yy = terrain.hessian(x, y)
     along = b_x * (z_xx * b_x + z_xy * b_y) + b_y * (z_xy * b_x + z_yy * b_y)
     curvature = along / np.maximum(steep, 1e-300) / w_squared**1.5
     lifted = gravity / np.sqrt(w_squared) + curvature * max_speed**2 <= 0

@@ -75,7 +75,9 @@ def template(scenario: Scenario, runs: Runs, shared: SharedPoints) -> Template:
         sizes = dict(zip(("y", "x"), points.shape, strict=True))
     else:
         x, y = points.coordinates
-        known, sizes = {"x": x, "y": y, "area": points.cell_area}, {"point": len(points)}
+        # on an elevation model the area on the bed takes the place of the other one
+        known = {"x": x, "y": y, "area": points.cell_area, "plan_area": points.cell_area}
+        sizes = {"point": len(points)}
     known |= profile_values(prepared) | {"time": times}
     sections = section_coordinates(scenario)
     frames = len(times) if any("time" in v.dims for v in held) else 1

@@ -66,6 +66,7 @@ class GroundCheck:
         swept = settings.sweep.get("terrain.curvature_length", ())
         lengths = [terrain.length, *(each for each in swept if not isinstance(each, str))]
         spacing = float(getattr(settings.points, "spacing"))  # noqa: B009
+        closest = float(getattr(settings.points, "closest", spacing))
         # elevations are averaged from as far away
         self._reach = max(self._reach, 2 * max(spacing, *(float(each or 0.0) for each in lengths)))
         at: Path = ("terrain", "elevation")
@@ -107,7 +108,7 @@ class GroundCheck:
         whole = None if settings.domain is not None else Domain(x=first.x, y=first.y)
         settings = settings.model_copy(update={"domain": domain})
         model = solver_objects.surface(terrain, raster)
-        self._note(raster, extent, spacing, domain, known=whole is None)
+        self._note(raster, extent, closest, domain, known=whole is None)
         depths = dict(self.held.depths if self.held else {})
         problems += self._releases(settings, read, model, known=whole is None)
         problems += self._zones(settings, read, whole or domain)
@@ -317,13 +318,14 @@ class GroundCheck:
         except ValueError as error:
             return [Problem(path, f"{error} ({release.polygons})", related=(path,))]
         domain, spacing = settings.bounds, float(getattr(settings.points, "spacing"))  # noqa: B009
+        closest = float(getattr(settings.points, "closest", spacing))
         lattice = Lattice(domain.x, domain.y, spacing)
         problems = []
         for outline in solver_objects.chosen(release.name, held):
             where = f"'{outline.name}' of {release.polygons}"
             size = sum(map(ring_area, outline.rings))
-            if size < spacing**2:
-                wanted = f"expected polygons of a cell, {spacing**2:g} m2, or more"
+            if size < closest**2:
+                wanted = f"expected polygons of a cell, {closest**2:g} m2, or more"
                 problems.append(Problem(path, f"{wanted}, found {where} of {size:.3g} m2"))
                 continue
             key = id(outline), id(model), lattice

@@ -284,7 +284,6 @@ def laid(
         return Laid(depth, velocity_x, velocity_y, 0.0, 0.0, 0.0)
     if ground is None:
         return initial_state(releases(settings), points)
-    assert isinstance(points, Lattice)
     return surface_state(outlined(settings, outlines), points, ground)
 
 
@@ -337,7 +336,6 @@ def erodible_bed(
         region = None if bed.region is None else (bed.region.x, bed.region.y)
         depth = erodible_on_profile(bed.depth, points, terrain, region, vertical=vertical)
         return ErodibleBed(depth, law, bed.limits)
-    assert isinstance(points, Lattice)
     given: float | ElevationModel | None = None
     if bed.raster is not None:
         raster = (depths or {})[bed.raster]

@@ -94,6 +94,11 @@ class GradedPoints(Section):
     seed: Seed = key("seed of the places: the same seed gives the same points everywhere", default=0)
     most: ClassVar[int] = MOST_SCATTERED
 
+    @property
+    def closest(self) -> float:
+        """Smallest spacing anywhere, m."""
+        return min(self.spacing, *(refine.spacing for refine in self.refine))
+
     def estimate(self, width: float, height: float) -> float:
         """Estimate the number of points in a domain of this size, m."""
         count = (width / self.spacing) * (height / self.spacing)

@@ -8,7 +8,7 @@ from pydantic import Discriminator, Field, Tag, model_validator
 from pydantic_core import PydanticCustomError
 
 from pipeline.settings.generated import tag
-from pipeline.settings.points import LatticePoints
+from pipeline.settings.points import FilePoints
 from pipeline.settings.section import Positive, Section, key, relation
 from solver.physics.earth_pressure import Isotropic
 from solver.scheme import Collocation
@@ -32,7 +32,7 @@ CurvatureLength = Annotated[
 class ElevationTerrain(Section):
     """An elevation model: a raster of elevations in a projected reference system."""
 
-    advice = "real terrain; lattices and releases by polygons only"
+    advice = "real terrain; releases by polygons only"
     profile: Literal["elevation"] = key(
         "elevation model; may be left out, as `elevation` says it", default="elevation"
     )
@@ -98,8 +98,8 @@ class PolygonsRelease(Section):
 def unfit(settings: Settings) -> PydanticCustomError | None:
     """Say which settings do not go with the terrain: polygons and elevation models need each other.
 
-    An elevation model takes a lattice with open sides, the weighted-residual form and earth pressure
-    without the axes of a profile.
+    An elevation model takes points of a spacing with open sides, the weighted-residual form and earth
+    pressure without the axes of a profile.
     """
     outlined = [isinstance(release, PolygonsRelease) for release in settings.releases]
     if not isinstance(settings.terrain, ElevationTerrain):
@@ -111,9 +111,12 @@ def unfit(settings: Settings) -> PydanticCustomError | None:
     needs = "on an elevation model"
     if not all(outlined):
         return relation(f"expected polygons {needs}, found another shape", "release", "terrain")
-    if not isinstance(settings.points, LatticePoints):
+    if isinstance(settings.points, FilePoints):
         found = settings.points.layout
-        return relation(f"expected layout lattice {needs}, found {found}", "points.layout", "terrain")
+        expected = f"expected layout lattice, poisson-disc or graded {needs}, found {found}"
+        return relation(expected, "points.layout", "terrain")
+    if settings.points.spacing is None:
+        return relation(f"expected a spacing {needs}, found a count", "points.count", "terrain")
     if settings.scheme.source is Collocation:
         return relation(
             f"expected form weighted-residual {needs}, found collocation", "scheme.form", "terrain"

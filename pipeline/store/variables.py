@@ -306,6 +306,13 @@ BUILDING = Variable(
     {"flag_values": [0, 1], "flag_meanings": "ground building"},
 )
 AREA = Variable("area", ("point",), "float64", "m2", "area of the point's cell; clouds only")
+PLAN_AREA = Variable(
+    "plan_area",
+    ("point",),
+    "float64",
+    "m2",
+    "area in plan of the point's cell; clouds on elevation models only",
+)
 
 
 _CELL = ("y", "x")
@@ -375,6 +382,8 @@ def grid_mapping(attributes: Mapping[str, Any]) -> Variable:
 def coordinates(cloud: bool = False, surface: bool = False) -> tuple[Variable, ...]:
     """Coordinates that are known beforehand, on a lattice, on a cloud or on an elevation model."""
     if surface:
+        if cloud:
+            return (*(v.on_cloud() for v in SURFACE_COORDINATES), PLAN_AREA)
         return SURFACE_COORDINATES
     return (*(v.on_cloud() for v in COORDINATES), AREA) if cloud else COORDINATES
 
@@ -398,9 +407,10 @@ def kept(
         v for v in FIELDS if (fields is None or v.name in fields) and (erodible or v.name not in ERODED)
     )
     chosen += SERIES if erodible else ()
+    own = PER_RUN
     if surface:
-        return (*(v.on_surface() for v in (*chosen, *PER_RUN)), DIGEST, STATUS)
-    return (*(v.on_cloud() if cloud else v for v in chosen), *PER_RUN, DIGEST, STATUS)
+        chosen, own = (tuple(v.on_surface() for v in held) for held in (chosen, own))
+    return (*(v.on_cloud() if cloud else v for v in chosen), *own, DIGEST, STATUS)
 
 
 def parameter_keys(content: Mapping[str, Any]) -> list[str]:
@@ -413,7 +423,7 @@ def markdown() -> str:
     rows = [
         f"| `{v.name}` | {', '.join(v.dims)} | {v.dtype} | {v.units or '-'} | {v.long_name} |"
         for v in (
-            *(*COORDINATES, AREA, BUILDING, WEIGHT, RETURN_PERIOD),
+            *(*COORDINATES, AREA, PLAN_AREA, BUILDING, WEIGHT, RETURN_PERIOD),
             *(*SECTION_COORDINATES, *SECTIONS, *kept()),
         )
     ]

@@ -11,8 +11,10 @@ from solver.arrays import Array
 from solver.checks.incoming import Coming, coming_in
 from solver.checks.invariants import LEDGER, SPEED, Laws
 from solver.checks.states import State
-from solver.physics.elevation import Surface, edges_of, lifted_area
+from solver.physics.elevation import Surface, edges_of
+from solver.points.cloud import PointCloud
 from solver.points.lattice import Lattice
+from solver.points.on_surface import area_on_bed
 from solver.result import Result
 from solver.scene import Collocation, Scene
 
@@ -36,14 +38,12 @@ def doubts(scene: Scene, result: Result) -> Iterator[str]:
     if not abs(ledger.bed_error) <= LEDGER:
         yield f"what the bed lost differs from what the flow took up by {ledger.bed_error:.2g} of the volume"
     surface = scene.terrain if isinstance(scene.terrain, Surface) else None
-    if surface is not None and isinstance(scene.points, Lattice):
-        edges = (edges_of(a, scene.points.dx) for a in (scene.points.x_points, scene.points.y_points))
-        corners = surface.corners(*edges)
-        area: float | Array = lifted_area(corners, scene.points.dx)
+    if surface is not None:
+        area: float | Array = area_on_bed(surface, scene.points)
         coming = coming_in(scene)
         deepest = float(scene.depth.max()) if coming is None else max(float(scene.depth.max()), coming.depth)
         dry = scene.scheme.wet_limit * deepest
-        limit = speed_of_fall(scene, corners, result, coming)
+        limit = speed_of_fall(scene, heights(surface, scene.points), result, coming)
     else:
         laws = laws_of_speed(scene)
         area, dry = scene.points.cell_area, laws.dry
@@ -60,12 +60,21 @@ def doubts(scene: Scene, result: Result) -> Iterator[str]:
         yield f"a speed of {fastest:.3g} m s-1 is {fastest / limit:.2g} times what it has a source for"
 
 
-def speed_of_fall(scene: Scene, corners: Array, result: Result, coming: Coming | None = None) -> float:
+def heights(surface: Surface, points: Lattice | PointCloud) -> Array:
+    """Elevation of the cells, of the shape of the points, m; on a lattice the mean of their corners."""
+    if isinstance(points, Lattice):
+        corners = surface.corners(*(edges_of(a, points.dx) for a in (points.x_points, points.y_points)))
+        return 0.25 * (corners[:-1, :-1] + corners[:-1, 1:] + corners[1:, :-1] + corners[1:, 1:])
+    # an edge of no length is a place
+    centre = points.control_volumes.centroid
+    return surface.along_edges(centre, centre, np.sqrt(points.cell_area))
+
+
+def speed_of_fall(scene: Scene, middle: Array, result: Result, coming: Coming | None = None) -> float:
     """Speed of a free fall from the top of a release to the lowest place that its flow reached, m s-1.
 
-    What comes in begins with its speed. corners : elevations at corners of cells, (ny + 1, nx + 1), m.
+    What comes in begins with its speed. middle : elevations of the cells, of the shape of the points, m.
     """
-    middle = 0.25 * (corners[:-1, :-1] + corners[:-1, 1:] + corners[1:, :-1] + corners[1:, 1:])
     released, reached = scene.depth > 0, result.max_depth > 0
     first = 0.0
     if coming is not None:

@@ -37,6 +37,11 @@ class Gridding:
         """Give each lattice point the value of the nearest cell: (n,) to (ny, nx)."""
         return values[self.neighbours[:, 0]].reshape(self.lattice.shape)
 
+    def unlimited(self, values: Array) -> Array:
+        """Approximate values (n,) at the lattice's points, also beyond those of the support: (ny, nx)."""
+        found = np.einsum("ms,ms->m", self.value, values[self.neighbours])
+        return np.asarray(found.reshape(self.lattice.shape))
+
     def within_range(self, values: Array) -> Array:
         """Approximate values (n,) at the lattice's points, within the range of each support: (ny, nx)."""
         near = values[self.neighbours]

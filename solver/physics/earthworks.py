@@ -231,6 +231,16 @@ class ReshapedModel(ElevationModel):
         assert self.natural is not None
         return _worked(self.natural.at(x, y), x, y, self.works)
 
+    def smoothly_at(self, x: Array, y: Array, *, averaged: bool) -> Array:
+        """Elevation at places x, y of one shape, m, the natural ground by cubic splines."""
+        assert self.natural is not None
+        return _worked_at(self.natural.smoothly_at(x, y, averaged=averaged), x, y, self.works)
+
+    def elevation_at(self, x: Array, y: Array) -> Array:
+        """Elevation at places x, y of one shape, m; NaN where there is no data."""
+        assert self.natural is not None
+        return _worked_at(self.natural.elevation_at(x, y), x, y, self.works)
+
 
 def reshaped(natural: ElevationModel, asked: Sequence[Dam | Basin]) -> ElevationModel:
     """Build dams and basins on an elevation model, each on the ground that those before it have left.
@@ -307,6 +317,16 @@ def _worked(z: Array, x: Array, y: Array, works: Sequence[Earthwork]) -> Array:
         rows = slice(*np.searchsorted(y, [y_low, y_high]) + np.array([0, 1]))
         there = np.meshgrid(x[columns], y[rows])
         found[rows, columns] = work.apply(found[rows, columns], *there)
+    return found
+
+
+def _worked_at(z: Array, x: Array, y: Array, works: Sequence[Earthwork]) -> Array:
+    """Change elevations at places x, y, all of one shape, near the works alone."""
+    found = np.array(z, dtype=np.float64)
+    for work in works:
+        x_low, x_high, y_low, y_high = work.bounds
+        near = (x >= x_low) & (x <= x_high) & (y >= y_low) & (y <= y_high)
+        found[near] = work.apply(found[near], x[near], y[near])
     return found
 
 

@@ -113,10 +113,10 @@ class ElevationModel:
             return self._cells(np.rint(rows).astype(int), np.rint(columns).astype(int), values)
         return np.asarray(_spline(values, order)(rows, columns))
 
-    def _scattered(self, x: Array, y: Array, values: Array, order: int) -> Array:
-        """Interpolate values of the cells at places x, y of one shape, as `_at`."""
+    def _scattered(self, x: Array, y: Array, values: Array) -> Array:
+        """Interpolate values of the cells at places x, y of one shape linearly, as `_at`."""
         return np.asarray(
-            _spline(values, order).ev((y - self.y[0]) / self.spacing, (x - self.x[0]) / self.spacing)
+            _spline(values, 1).ev((y - self.y[0]) / self.spacing, (x - self.x[0]) / self.spacing)
         )
 
     def corners(self, x: Array, y: Array) -> Array:
@@ -172,7 +172,7 @@ class ElevationModel:
         if self.curvature_length is None:
             return np.zeros_like(x), np.zeros_like(x), np.zeros_like(x)
         z_xx, z_xy, z_yy = self._second_derivatives(self.curvature_length)
-        return tuple(self._scattered(x, y, z, 1) for z in (z_xx, z_xy, z_yy))  # type: ignore[return-value]
+        return tuple(self._scattered(x, y, z) for z in (z_xx, z_xy, z_yy))  # type: ignore[return-value]
 
     def _second_derivatives(self, length: float) -> tuple[Array, Array, Array]:
         """Second derivatives at the cells of the raster, of elevations averaged over a length, m-1."""
@@ -209,17 +209,29 @@ class ElevationModel:
             own = (size >= self.spacing * (1 - SAME)) == smooth
             if not own.any():
                 continue
-            values = self._averaged(0.5) if smooth else self.filled
             for count in np.unique(pieces[own]):
                 chosen = own & (pieces == count)
                 nodes = (np.arange(count)[:, None] + EDGE_NODES).ravel() / count
                 x, y = (start[chosen] + nodes[:, None, None] * way[chosen]).transpose(2, 0, 1)
-                found[chosen] = self._scattered(x, y, values, 3).mean(axis=0)
+                found[chosen] = self.smoothly_at(x, y, averaged=smooth).mean(axis=0)
         return found
+
+    def smoothly_at(self, x: Array, y: Array, *, averaged: bool) -> Array:
+        """Elevation at places x, y of one shape by cubic splines, m, after an average over a cell or not."""
+        spline = self._averaged_spline if averaged else self._own_spline
+        return np.asarray(spline.ev((y - self.y[0]) / self.spacing, (x - self.x[0]) / self.spacing))
+
+    @cached_property
+    def _own_spline(self) -> RectBivariateSpline:
+        return _spline(self.filled, 3)
+
+    @cached_property
+    def _averaged_spline(self) -> RectBivariateSpline:
+        return _spline(self._averaged(0.5), 3)
 
     def elevation_at(self, x: Array, y: Array) -> Array:
         """Elevation at places x, y of one shape, m; NaN where there is no data."""
-        return np.where(self.gaps_at(x, y), np.nan, self._scattered(x, y, self.filled, 1))
+        return np.where(self.gaps_at(x, y), np.nan, self._scattered(x, y, self.filled))
 
 
 def _spline(values: Array, order: int) -> RectBivariateSpline:

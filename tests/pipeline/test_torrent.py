@@ -436,7 +436,7 @@ class TestMistakes:
     @pytest.mark.parametrize(
         ("change", "words"),
         [
-            (("spacing: 5", "layout: poisson-disc, count: 100"), "expected layout lattice"),
+            (("spacing: 5", "layout: poisson-disc, count: 100"), "expected a spacing on an elevation model"),
             (
                 ("isotropic}", "mohr-coulomb, internal_friction: 30}"),
                 "expected isotropic or mohr-coulomb-flow on an elevation model, found mohr-coulomb",

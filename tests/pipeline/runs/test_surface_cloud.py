@@ -1,0 +1,164 @@
+"""Clouds on elevation models, from scenario files to maps: they say what a lattice says."""
+
+import json
+
+import numpy as np
+import pytest
+import xarray as xr
+from elevation_files import DOMAIN, NORTH, TEXT, WEST, ground, write_polygons, write_raster, written
+
+import pipeline
+from pipeline.assess.frames import follow, mean_spacing, on_surface
+from pipeline.scenario.scenario import load
+from solver.physics.elevation import ElevationModel
+from solver.points.cloud import PointCloud
+
+LATTICE = "points: {spacing: 5}"
+EVEN = (LATTICE, "points: {layout: poisson-disc, spacing: 4}")
+GRADED = (
+    LATTICE,
+    "points: {layout: graded, spacing: 12, refine: [{region: {x: [2600010, 2600250], "
+    "y: [1200260, 1200340]}, spacing: 4}]}",
+)
+HOUSE = f"receptors: [{{name: house, point: [{WEST + 130}, {NORTH - 100}]}}]\n"
+HUT = (
+    "structures: [{kind: building, polygon: [[2600100, 1200200], [2600120, 1200200], [2600120, 1200220]]}]\n"
+)
+DAM = (
+    "structures: [{kind: dam, line: [[2600150, 1200250], [2600150, 1200350]], height: 8, side_slope: 35, "
+    "crest_width: 4}]\n"
+)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    path = tmp_path_factory.mktemp("cloud")
+    write_raster(path / "dem.tif", ground())
+    write_polygons(path / "releases.gpkg", {"slide": (20, -120, 60, -80)})
+    return path
+
+
+def run(folder, name, *changes, more=""):
+    text = TEXT.replace("name: small", f"name: {name}") + more
+    file = written(folder, text, *changes).rename(folder / f"{name}.yaml")
+    pipeline.run(file, folder / name, workers=1, quiet=True, warn=lambda line: None)
+    return xr.open_zarr(folder / name / f"{name}.zarr", consolidated=False).load()
+
+
+@pytest.fixture(scope="module")
+def even(folder):
+    return run(folder, "even", EVEN, more=HOUSE)
+
+
+@pytest.fixture(scope="module")
+def lattice(folder):
+    return run(folder, "lattice", more=HOUSE)
+
+
+def test_summaries_are_about_those_of_a_lattice(folder, even, lattice):
+    graded = run(folder, "graded", GRADED)
+    assert graded.sizes["point"] < 0.7 * even.sizes["point"]
+    for cloud in (even, graded):
+        assert on_surface(cloud)
+        for name, within in (
+            ("volume_released", 1e-4),
+            ("reach_angle", 0.05),
+            ("deposit_area", 0.08),
+            ("deposit_volume", 0.02),
+            ("peak_depth", 0.08),
+        ):
+            np.testing.assert_allclose(cloud[name], lattice[name], rtol=within, err_msg=name)
+        for name in ("runout_distance", "flow_runout_distance", "flow_path_length"):
+            # two cells
+            np.testing.assert_allclose(cloud[name], lattice[name], atol=10, err_msg=name)
+        # what the slope of 0.4 falls on two cells
+        np.testing.assert_allclose(cloud["drop_height"], lattice["drop_height"], atol=4)
+        assert float(cloud["volume_error"].max()) < 1e-14
+
+
+def test_a_store_holds_places_on_the_map_and_both_areas(even):
+    x, y = even["x"].to_numpy(), even["y"].to_numpy()
+    assert (x > WEST).all()
+    assert (y < NORTH).all()
+    assert even["x"].attrs["standard_name"] == "projection_x_coordinate"
+    assert even["max_depth"].attrs["grid_mapping"] == "spatial_ref"
+    domain = json.loads(even.attrs["domain"])
+    plan, bed = even["plan_area"].to_numpy(), even["area"].to_numpy()
+    assert plan.sum() == pytest.approx(np.prod([np.ptp(domain[axis]) for axis in "xy"]), rel=1e-12)
+    assert (bed > plan).all()
+    released = float((even["depth"].isel(run=0, time=0) * even["area"]).sum())
+    assert released == pytest.approx(float(even["volume_released"][0]), rel=1e-6)
+    model = ElevationModel(2.5 + 5 * np.arange(60) + WEST, NORTH - 197.5 + 5 * np.arange(40), ground()[::-1])
+    cells = PointCloud(np.stack([x, y], axis=1), tuple(domain["x"]), tuple(domain["y"])).control_volumes
+    np.testing.assert_allclose(plan, cells.area, rtol=1e-9)
+    np.testing.assert_allclose(even["elevation"], model.elevation_at(*cells.centroid.T), atol=1e-6)
+
+
+def test_on_a_lattice_it_has_the_ground_of_the_elevation_model(even, lattice):
+    found = pipeline.to_lattice(even)
+    assert found["max_depth"].dims == ("run", "y", "x")
+    assert found["elevation"].dims == found["area"].dims == ("y", "x")
+    assert float(found["x"].diff("x").mean()) == pytest.approx(mean_spacing(even), rel=0.05)
+    inside = {"x": slice(3, -3), "y": slice(3, -3)}
+    there = lattice["elevation"].interp(x=found["x"], y=found["y"])
+    np.testing.assert_allclose(found["elevation"][inside], there[inside], atol=0.2)
+    steep = lattice["area"].interp(x=found["x"], y=found["y"]) / 25
+    cell = float(found["x"].diff("x").mean() * found["y"].diff("y").mean())
+    np.testing.assert_allclose(found["area"][inside] / cell, steep[inside], atol=0.03)
+
+
+def test_what_is_followed_is_about_that_of_a_lattice(even, lattice):
+    one, other = follow(even).isel(run=0, time=-1), follow(lattice).isel(run=0, time=-1)
+    for name, within in (("body_area", 0.08), ("volume", 1e-4), ("lowest_elevation", 1e-3)):
+        np.testing.assert_allclose(one[name], other[name], rtol=within)
+
+
+def test_maps_and_receptors_are_about_those_of_a_lattice(folder, even, lattice):
+    maps, tables = {}, {}
+    for name in ("even", "lattice"):
+        maps[name] = pipeline.hazard_maps(folder / name)[name]
+        tables[name] = pipeline.assessment_tables(folder / name)["receptors"]
+    one, other = maps["even"]["depth_quantile"][-1], maps["lattice"]["depth_quantile"][-1]
+    assert one["x"].attrs["standard_name"] == "projection_x_coordinate"
+    there = other.interp(x=one["x"], y=one["y"]).fillna(0)
+    both = (one > 0.3) & (there > 0.3)
+    assert float(both.sum() / ((one > 0.3) | (there > 0.3)).sum()) > 0.85
+    assert float(np.abs(one - there).mean() / there.mean()) < 0.15
+    (depths,) = zip(*(tables[name]["median_max_depth"] for name in ("even", "lattice")), strict=True)
+    assert depths[0] == pytest.approx(depths[1], rel=0.15)
+
+
+def test_a_dam_holds_the_flow_of_a_cloud(folder, even):
+    held = run(folder, "held", EVEN, more=DAM)
+    assert float(held["elevation"].max() - even["elevation"].max()) == pytest.approx(0, abs=1)
+    crest = float((held["elevation"] - even["elevation"]).max())
+    assert 6 < crest < 10
+    assert float(held["flow_runout_distance"][0]) < 0.75 * float(even["flow_runout_distance"][0])
+
+
+def test_an_erodible_bed_is_laid_on_a_cloud(folder):
+    bed = "erodible_bed: {depth: 0.5, law: {model: growth-rate, growth: 0.002}}\n"
+    eroded = run(folder, "eroded", EVEN, more=bed)
+    taken = float((eroded["erosion_depth"][0] * eroded["area"]).sum())
+    assert taken == pytest.approx(float(eroded["volume_entrained"][0]), rel=1e-6)
+    assert taken > 0.05 * float(eroded["volume_released"][0])
+
+
+def test_a_domain_is_found_for_a_cloud(folder):
+    found = run(folder, "found", EVEN, (f"{DOMAIN}\n", ""))
+    assert found["volume_out"].to_numpy().tolist() == [0.0]
+    assert np.ptp(found["y"].to_numpy()) < 150
+
+
+@pytest.mark.parametrize(
+    ("points", "more", "said"),
+    [
+        ("layout: poisson-disc, count: 500", "", "points.count: expected a spacing on an elevation model"),
+        ("layout: file, path: points.csv", "", "expected layout lattice, poisson-disc or graded on an elev"),
+        ("layout: poisson-disc, spacing: 4", HUT, "expected no building with layout poisson-disc"),
+    ],
+)
+def test_what_a_cloud_cannot_have_is_refused(folder, points, more, said):
+    path = written(folder, TEXT + more, (LATTICE, f"points: {{{points}}}"))
+    with pytest.raises(pipeline.BadInput, match=said):
+        load([path])
