@@ -407,7 +407,7 @@ def kept(
         v for v in FIELDS if (fields is None or v.name in fields) and (erodible or v.name not in ERODED)
     )
     chosen += SERIES if erodible else ()
-    own = PER_RUN
+    own: tuple[Variable, ...] = PER_RUN
     if surface:
         chosen, own = (tuple(v.on_surface() for v in held) for held in (chosen, own))
     return (*(v.on_cloud() if cloud else v for v in chosen), *own, DIGEST, STATUS)

@@ -89,7 +89,7 @@ def cloud_costs() -> tuple[list[Cost], float, float]:
         (
             slopes_at,
             (now, gradient, 0, cells, dry, buffers.slopes),
-            _bytes(gradient, now, buffers.slopes[:6]),
+            _bytes(gradient[:3], now, buffers.slopes[:6]),
             3 * gradient.neighbours.size,
         ),
         (
