@@ -64,7 +64,8 @@ def size(scenario: Scenario) -> Size | None:
     if scenario.points is not None:
         points = len(scenario.points.points)
     layout = "lattice" if isinstance(settings.points, LatticePoints) else "cloud"
-    layout = "surface" if settings.on_surface else layout
+    # a cloud takes most while its operators are made, whatever its bed
+    layout = "surface" if settings.on_surface and layout == "lattice" else layout
     form = "collocation" if settings.scheme.source is Collocation else "weighted-residual"
     frames = len(output_times(settings))
     kept = [field for field in FIELDS if field.name in settings.output.fields]

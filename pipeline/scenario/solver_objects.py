@@ -62,7 +62,7 @@ def points(settings: Settings, file: PointFile | None = None) -> Lattice | Point
     if isinstance(settings.points, points_settings.LatticePoints):
         return Lattice(x, y, settings.points.spacing)
     from solver.points import cloud
-    from solver.points.spacing import Refinement
+    from solver.points.spacing import Corridor, Refinement
 
     match settings.points:
         case points_settings.PoissonDiscPoints(spacing=None, count=count, seed=seed):
@@ -72,7 +72,12 @@ def points(settings: Settings, file: PointFile | None = None) -> Lattice | Point
             assert spacing is not None
             return cloud.graded_points(x, y, spacing, seed=seed)
         case points_settings.GradedPoints() as graded:
-            regions = [Refinement(r.region.x, r.region.y, r.spacing) for r in graded.refine]
+            regions = [
+                Refinement(r.region.x, r.region.y, r.spacing)
+                if r.region is not None
+                else Corridor(r.line or (), r.spacing, r.margin)
+                for r in graded.refine
+            ]
             return cloud.graded_points(x, y, graded.spacing, regions, graded.growth, graded.seed)
         case points_settings.FilePoints():
             if file is None:

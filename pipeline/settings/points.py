@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+from math import hypot
 from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, Tag, model_validator
@@ -58,8 +60,8 @@ class PoissonDiscPoints(Section):
 class Region(Section):
     """A rectangle."""
 
-    x: Pair = key("bounds along the bed (arc length)", "m")
-    y: Pair = key("bounds across the bed", "m")
+    x: Pair = key("bounds along the bed (arc length); eastings on an elevation model", "m")
+    y: Pair = key("bounds across the bed; northings on an elevation model", "m")
 
     @model_validator(mode="after")
     def _ordered(self) -> Region:
@@ -73,10 +75,36 @@ class Region(Section):
 
 
 class Refine(Section):
-    """A region with closer points."""
+    """A region with closer points: a rectangle, or what is near a line."""
 
-    region: Region = key("where the points stand closer")
+    region: Region | None = key("where the points stand closer; or `line`", default=None)
+    line: Annotated[tuple[Pair, ...], Field(min_length=2)] | None = key(
+        "corners of a line along which the points stand closer, as the bottom of a channel; or `region`",
+        "m",
+        None,
+    )
+    margin: Annotated[float, Field(ge=0)] = key(
+        "distance from the line within which they stand so", "m", default=0.0
+    )
     spacing: Positive = key("root of the area per point there", "m")
+
+    @model_validator(mode="after")
+    def _one_of_both(self) -> Refine:
+        if (self.region is None) == (self.line is None):
+            found = "nothing" if self.region is None else "both"
+            raise relation(f"expected either region or line, found {found}", "region", "line")
+        if self.line is None and self.margin > 0:
+            raise relation("expected no margin with region, found one", "margin", "region")
+        return self
+
+    @property
+    def area(self) -> float:
+        """Area where the points stand closer, about, m2."""
+        if self.region is not None:
+            (x0, x1), (y0, y1) = self.region.x, self.region.y
+            return (x1 - x0) * (y1 - y0)
+        length = sum(hypot(b[0] - a[0], b[1] - a[1]) for a, b in pairwise(self.line or ()))
+        return length * (2 * self.margin + self.spacing)
 
 
 class GradedPoints(Section):
@@ -102,10 +130,7 @@ class GradedPoints(Section):
     def estimate(self, width: float, height: float) -> float:
         """Estimate the number of points in a domain of this size, m."""
         count = (width / self.spacing) * (height / self.spacing)
-        for refine in self.refine:
-            (x0, x1), (y0, y1) = refine.region.x, refine.region.y
-            count += ((x1 - x0) / refine.spacing) * ((y1 - y0) / refine.spacing)
-        return count
+        return count + sum(refine.area / refine.spacing**2 for refine in self.refine)
 
 
 class FilePoints(Section):

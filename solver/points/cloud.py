@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from solver.arrays import Array, Indices
 from solver.points.poisson_disc import poisson_disc
-from solver.points.spacing import Refinement, Spacing
+from solver.points.spacing import Corridor, Refinement, Spacing
 from solver.points.voronoi import ControlVolumes, control_volumes
 
 # Points closer than this part of the mean spacing coincide; a cloud this much thinner than long is a line.
@@ -199,7 +199,7 @@ def graded_points(
     x: tuple[float, float],
     y: tuple[float, float],
     spacing: float,
-    refinements: Sequence[Refinement] = (),
+    refinements: Sequence[Refinement | Corridor] = (),
     growth: float = 0.1,
     seed: int = 0,
 ) -> PointCloud:
@@ -211,7 +211,7 @@ def graded_points(
         Bounds of the domain, m.
     spacing : float
         Away from refinements, m: a point per ``spacing**2``, within 1 % in number.
-    refinements : sequence of Refinement
+    refinements : sequence of Refinement or Corridor
         Where points stand closer.
     growth : float
         Growth of the spacing per distance from a refinement, dimensionless.

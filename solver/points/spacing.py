@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -40,6 +41,36 @@ class Refinement:
 
 
 @dataclass(frozen=True)
+class Corridor:
+    """A line along which points stand closer, as the bottom of a channel.
+
+    Parameters
+    ----------
+    line : tuple of pair
+        Its corners, two or more, m.
+    spacing : float
+        Distance of the points along it, m.
+    margin : float
+        Distance from the line within which they stand so, m.
+
+    Raises
+    ------
+    ValueError
+        If a corner is not finite, there are less than two, spacing is not above 0, or the margin is below it.
+    """
+
+    line: tuple[tuple[float, float], ...]
+    spacing: float
+    margin: float = 0.0
+
+    def __post_init__(self) -> None:
+        if len(self.line) < 2 or not np.isfinite(np.array(self.line)).all():
+            raise ValueError("the line of a refinement needs two corners or more, all finite")
+        if not 0 < self.spacing < np.inf or not 0 <= self.margin < np.inf:
+            raise ValueError("the spacing of a refinement must be above 0, its margin at least 0")
+
+
+@dataclass(frozen=True)
 class Spacing:
     """Distance between neighbouring points as a function of place: a cell's area is its square.
 
@@ -50,7 +81,7 @@ class Spacing:
     ----------
     coarsest : float
         Away from refinements, m.
-    refinements : tuple of Refinement
+    refinements : tuple of Refinement or Corridor
         Where points stand closer.
     growth : float
         Lipschitz constant of the spacing, dimensionless, above 0 and at most 0.5.
@@ -62,7 +93,7 @@ class Spacing:
     """
 
     coarsest: float
-    refinements: tuple[Refinement, ...] = ()
+    refinements: tuple[Refinement | Corridor, ...] = ()
     growth: float = 0.1
 
     def __post_init__(self) -> None:
@@ -73,9 +104,19 @@ class Spacing:
 
     @property
     def table(self) -> Array:
-        """Bounds and spacing of the refinements, shape (k, 5), m."""
-        rows = [(*r.x, *r.y, r.spacing) for r in self.refinements]
-        return np.array(rows, dtype=np.float64).reshape(-1, 5)
+        """Refinements for the kernels, shape (k, 7), m.
+
+        Bounds along x and y, spacing, and 0; or ends of a piece of a line along x and y, spacing, 1, and the
+        margin.
+        """
+        rows: list[tuple[float, ...]] = []
+        for r in self.refinements:
+            if isinstance(r, Refinement):
+                rows.append((*r.x, *r.y, r.spacing, 0.0, 0.0))
+            else:
+                pieces = pairwise(r.line)
+                rows += [(x0, x1, y0, y1, r.spacing, 1.0, r.margin) for (x0, y0), (x1, y1) in pieces]
+        return np.array(rows, dtype=np.float64).reshape(-1, 7)
 
     @property
     def finest(self) -> float:
@@ -88,9 +129,19 @@ def spacing_at(x: float, y: float, coarsest: float, table: Array, growth: float)
     """Spacing (m) at a place (m)."""
     spacing = coarsest
     for k in range(len(table)):
-        dx = max(table[k, 0] - x, x - table[k, 1], 0.0)
-        dy = max(table[k, 2] - y, y - table[k, 3], 0.0)
-        spacing = min(spacing, table[k, 4] + growth * math.sqrt(dx * dx + dy * dy))
+        if table[k, 5] == 0.0:
+            dx = max(table[k, 0] - x, x - table[k, 1], 0.0)
+            dy = max(table[k, 2] - y, y - table[k, 3], 0.0)
+            away = math.sqrt(dx * dx + dy * dy)
+        else:
+            along_x, along_y = table[k, 1] - table[k, 0], table[k, 3] - table[k, 2]
+            dx, dy = x - table[k, 0], y - table[k, 2]
+            square = along_x * along_x + along_y * along_y
+            part = 0.0 if square == 0.0 else (dx * along_x + dy * along_y) / square
+            part = min(max(part, 0.0), 1.0)
+            dx, dy = dx - part * along_x, dy - part * along_y
+            away = max(math.sqrt(dx * dx + dy * dy) - table[k, 6], 0.0)
+        spacing = min(spacing, table[k, 4] + growth * away)
     return spacing
 
 

@@ -204,11 +204,20 @@ def way_of_a_point(start: float = -70.0, friction: float = 20.0) -> float:
 
 
 def report() -> Iterator[str]:
-    """Give the tables, line by line."""
+    """Give the tables, line by line: of the lattice, then of clouds."""
+    yield from of_layout("lattice")
+    yield ""
+    yield "On clouds:"
+    yield ""
+    yield from of_layout("cloud")
+
+
+def of_layout(layout: str) -> Iterator[str]:
+    """Give the tables of points of a layout, "lattice" or "cloud", line by line."""
     yield "| frictionless cap, relative L2 of depth at 5 s | 0 | 30 | 45 degrees |"
     yield "|---|---|---|---|"
     for root in (8.0, 4.0, 2.0):
-        errors = (f"{cap_error(azimuth, root)[0]:.2e}" for azimuth in (0.0, 30.0, 45.0))
+        errors = (f"{cap_error(azimuth, root, layout)[0]:.2e}" for azimuth in (0.0, 30.0, 45.0))
         yield f"| {root:g} m | {' | '.join(errors)} |"
     yield ""
     yield "| 100 m along an arc, no gravity | azimuth | spacing | change of energy | sideways |"
@@ -217,7 +226,7 @@ def report() -> Iterator[str]:
         for azimuth in (0.0, 30.0, 45.0):
             for spacing in (4.0, 2.0, 1.0):
                 bed = Trough(azimuth, RADIUS) if surface is Trough else Bowl(RADIUS)
-                arc = without_gravity(bed, azimuth, spacing)
+                arc = without_gravity(bed, azimuth, spacing, layout)
                 yield f"| {name} | {azimuth:g} | {spacing:g} m | {arc.energy:.1e} | {arc.sideways:.3f} m |"
     yield ""
     yield f"| friction; a point goes {way_of_a_point():.2f} m | depth | spacing | goes | sideways |"
@@ -225,7 +234,7 @@ def report() -> Iterator[str]:
     for azimuth in (0.0, 30.0, 45.0):
         for depth in (0.02, 0.2, 2.0):
             for spacing in (4.0, 2.0, 1.0):
-                arc = with_friction(azimuth, spacing, depth)
+                arc = with_friction(azimuth, spacing, depth, layout)
                 yield (
                     f"| {azimuth:g} degrees | {depth:g} m | {spacing:g} m | {arc.went:.2f} m "
                     f"| {arc.sideways:.3f} m |"

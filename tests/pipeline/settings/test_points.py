@@ -4,6 +4,7 @@ import sys
 import netCDF4
 import numpy as np
 import pytest
+import shapely
 
 from pipeline.mistakes import BadInput
 from pipeline.runs.runs import expand, share
@@ -55,6 +56,19 @@ def test_graded_points_stand_closer_in_their_regions(scenario):
     assert cloud.cell_area[inside].mean() == pytest.approx(0.01, rel=0.1)
     assert cloud.cell_area[x > 8].mean() == pytest.approx(0.25, rel=0.25)
     assert cloud.cell_area.sum() == pytest.approx(40, rel=1e-13)
+
+
+def test_graded_points_follow_a_line(scenario):
+    cloud = points_of(
+        scenario(
+            "{layout: graded, spacing: 0.5, growth: 0.2, "
+            "refine: [{line: [[1, -1], [5, 1], [9, 1]], margin: 0.3, spacing: 0.1}]}"
+        )
+    )
+    away = shapely.distance(shapely.points(cloud.points), shapely.LineString([[1, -1], [5, 1], [9, 1]]))
+    assert cloud.cell_area[away < 0.2].mean() == pytest.approx(0.01, rel=0.1)
+    assert cloud.cell_area[away < 0.2].max() < 0.03
+    assert cloud.cell_area[away > 1.9].min() > 0.08
 
 
 @pytest.mark.parametrize("suffix", ["csv", "nc"])
@@ -127,6 +141,18 @@ def test_points_that_do_not_fit_are_named_before_anything_is_written(scenario, t
         (
             "{layout: graded, spacing: 1, refine: []}",
             "46: points.refine: expected 1 or more values, found 0",
+        ),
+        (
+            "{layout: graded, spacing: 1, refine: [{spacing: 0.1}]}",
+            "47: points.refine.0.region: expected either region or line, found nothing",
+        ),
+        (
+            "{layout: graded, spacing: 1, refine: [{line: [[0, 1]], spacing: 0.1}]}",
+            "54: points.refine.0.line: expected 2 or more corners, found 1",
+        ),
+        (
+            "{layout: graded, spacing: 1, refine: [{region: {x: [0, 1], y: [0, 1]}, margin: 1, spacing: 1}]}",
+            "88: points.refine.0.margin: expected no margin with region, found one",
         ),
         (
             "{layout: file, path: none.csv}",
