@@ -9,6 +9,7 @@ from scipy.ndimage import gaussian_filter
 from solver import Coulomb, Lattice, Scene, Voellmy, simulate
 from solver.checks.plausibility import doubts
 from solver.physics.elevation import ElevationModel
+from solver.points.cloud import random_points
 
 SEEDS = range(12)
 SPACING = 2.0
@@ -65,6 +66,33 @@ def mirrored(scene):
     model = scene.terrain
     turned = ElevationModel(model.x, model.y, model.elevation[::-1].copy(), model.curvature_length)
     return replace(scene, terrain=turned, depth=scene.depth[::-1].copy())
+
+
+def scattered(scene, seed):
+    """Give a scene on as many random points, with the depth of the lattice's cell that holds each."""
+    lattice = scene.points
+    cloud = random_points(lattice.x, lattice.y, lattice.x_points.size * lattice.y_points.size, seed)
+    x, y = cloud.control_volumes.centroid.T
+    column, row = (np.rint(a / SPACING).astype(int) for a in (x, y))
+    depth = scene.depth[row, column]
+    return replace(scene, points=cloud, depth=depth, velocity_x=0 * depth, velocity_y=0 * depth)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_laws_are_kept_on_rough_ground_by_clouds(seed):
+    scene = scattered(drawn(seed), seed)
+    run = simulate(scene, [END / 2, END])
+    assert run.failure is None
+    assert abs(run.ledger.error) < 1e-13
+    assert (run.depth >= 0).all()
+    assert not list(doubts(scene, run))
+    # what comes to no data has left
+    gaps = scene.terrain.gaps_at(*scene.points.control_volumes.centroid.T)
+    assert not run.deposit_depth[gaps].any()
+    # as much as on a lattice has left
+    beside = simulate(drawn(seed), [END])
+    left = [each.ledger.outflow / each.ledger.released for each in (run, beside)]
+    assert left[0] == pytest.approx(left[1], abs=0.16)
 
 
 @pytest.mark.parametrize("seed", SEEDS)

@@ -89,7 +89,8 @@ def test_on_a_plane_and_the_same_cells_it_is_the_lattice(pressure):
     one, two = simulate(start, [2.0]), simulate(other, [2.0])
     close = np.abs(one.depth[0].ravel()[order] - two.depth[0])
     assert close.max() < 2e-2
-    assert close.sum() < 2e-3 * spread.sum()
+    # on a slope profile they are 1.4e-2 m and 2e-4 apart, at the rim
+    assert close.sum() < 1e-3 * spread.sum()
 
 
 def test_differences_to_the_lattice_shrink_with_the_spacing():
