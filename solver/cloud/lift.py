@@ -2,9 +2,9 @@
 
 A cell is a plane whose slope is the mean slope of the surface above it, so that its area vector is that of
 the surface itself. Two such planes do not meet in the face between them. Momentum crosses along the unit
-vector ``tau`` over the face whose slope is the mean of both planes, projected on to each: in a direction
-normal to both planes alike that is parallel transport, which makes no energy. Pressure acts along the edges
-of the cell's own plane, which close, so that an even pressure pushes nowhere.
+vector ``tau`` over the face whose slope is the mean of both planes, projected on to each. That is parallel
+transport but for a turn of second order, and makes no energy. Pressure acts along the edges of the cell's own
+plane, which close, so that an even pressure pushes nowhere.
 """
 
 from __future__ import annotations

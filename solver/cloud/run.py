@@ -104,7 +104,7 @@ class CloudRun(Run):
         self.rest_volume = scene.scheme.rest_share * (self.volume + to_come)
         self.doors = no_doors()
         if self.entrances:
-            about = operators.tables.gradient, operators.cloud.points, self.bed.normal, widths
+            about = operators.tables.gradient, operators.cloud.points, self.bed.normal, self.tables.widths
             self.inflows, self.doors = doors_of(self.entrances, faces, *about)
         gauges = [each for each in self.gauges if isinstance(each, PlacedOnCloud)]
         if gauges:
