@@ -11,10 +11,12 @@ from functools import lru_cache
 import numpy as np
 
 from solver.arrays import Array
+from solver.checks.static_cells import neighbours_of
 from solver.physics.elevation import Surface, edges_of, lifted_area, plan_slopes
 from solver.physics.terrain import SlopeProfile
 from solver.points.cloud import PointCloud
 from solver.points.lattice import Lattice
+from solver.points.on_surface import mean_slopes
 from solver.scene import Scene
 
 
@@ -73,9 +75,11 @@ def ground_of(scene: Scene) -> Ground:
     """
     if isinstance(scene.terrain, SlopeProfile):
         return _of_profile(scene, scene.terrain)
-    if isinstance(scene.terrain, Surface) and isinstance(scene.points, Lattice):
+    if not isinstance(scene.terrain, Surface):
+        raise TypeError("the laws need a slope profile or a surface")
+    if isinstance(scene.points, Lattice):
         return _of_surface(scene, scene.terrain, scene.points)
-    raise TypeError("the laws need a slope profile, or a surface below a lattice")
+    return _of_lifted_cells(scene, scene.terrain, scene.points)
 
 
 def _of_profile(scene: Scene, terrain: SlopeProfile) -> Ground:
@@ -122,6 +126,30 @@ def _of_surface(scene: Scene, surface: Surface, points: Lattice) -> Ground:
         up=potential,
         beside=np.max([around[j : j + m, i : i + n] for j in near for i in near], axis=0),
         unseen=float(gravity * d * steep.max()),
+    )
+
+
+def _of_lifted_cells(scene: Scene, surface: Surface, cloud: PointCloud) -> Ground:
+    # a cell falls along a plane of the mean slope of the bed above it
+    cells, gravity = cloud.control_volumes, scene.gravity
+    b_x, b_y = mean_slopes(surface, cells)
+    steep, w = np.hypot(b_x, b_y), np.sqrt(1.0 + (b_x * b_x + b_y * b_y))
+    # an edge of no length: the elevation of a place, as cells of this size have it
+    heights = gravity * surface.along_edges(cells.centroid, cells.centroid, np.sqrt(cells.area))
+    potential = heights - heights.min()
+    length = 2.0 * np.sqrt(3.0 * (cells.second_moment[:, 0] + cells.second_moment[:, 2]))
+    fall = gravity * float((length * steep).max())
+    return Ground(
+        area=cells.area * w,
+        along=steep * gravity / w,
+        normal=gravity / w,
+        potential=potential,
+        at_sides=np.full(4, -fall),
+        range=float(np.ptp(potential)) + fall,
+        plane=False,
+        up=potential,
+        beside=neighbours_of(cloud).largest(potential),
+        unseen=fall,
     )
 
 

@@ -73,7 +73,7 @@ def rates_of(run: Run) -> np.ndarray | float:
     """Rate of waves of 1 m s-1 in the cells of a run by which it finds its step, m-1."""
     points = run.scene.points
     if isinstance(run, CloudRun):
-        rates: np.ndarray = run.operators.tables.widths[2][: run.count]
+        rates: np.ndarray = run.tables.widths[2][: run.count]
         return rates
     spacings = (points.dx, points.dy) if isinstance(points, Lattice) else (points.mean_spacing,) * 2
     return float(sum(1.0 / d for d in spacings))

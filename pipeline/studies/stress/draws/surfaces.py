@@ -20,6 +20,8 @@ Array = NDArray[np.float64]
 WEST, SOUTH, SYSTEM = 2_600_000.0, 1_200_000.0, "EPSG:2056"
 FEWEST, MOST, SIDES = 16, 70, (0.1, 30.0)
 NO_DATA = -9999.0
+# Share of lattices among the scenes that may be on clouds too.
+LATTICES = 0.6
 # Elevation of the lowest cell, m; nothing is higher than rasters are believed to be.
 LOWEST, HIGHEST = 100.0, 8000.0
 
@@ -158,8 +160,12 @@ def draw_surface_scene(rng: Generator, name: str) -> tuple[Data, Files, dict[str
         graph["start"] = rounded(end * rng.uniform(0, 0.3)) if rng.random() < 0.5 else 0.0
     data["time"] = {"end": end, "output_every": end}
     data["output"] = {"fields": ["depth", "deposit_depth", "max_depth", "max_speed"]}
+    # drawn last: all else of the scene is what it would be on a lattice
+    layout = "surface"
+    if "inflow" not in data and not any(each["kind"] == "building" for each in structures):
+        layout = _layout(rng, data, spacing)
     labels = {
-        "points": "surface",
+        "points": layout,
         "profile": f"surface: {ground}",
         "release": "film of 1 mm" if height == 1e-3 else "polygons",
         "friction": f"{law}, zones" if zoned else law,
@@ -169,6 +175,19 @@ def draw_surface_scene(rng: Generator, name: str) -> tuple[Data, Files, dict[str
         "gravity": "below 0.1" if gravity < 0.1 else "0.1 to 5" if gravity < 5 else "above 5",
     }
     return data, files, labels
+
+
+def _layout(rng: Generator, data: Data, spacing: float) -> str:
+    """Draw the points of a scene that may have any; give their label."""
+    if rng.random() < LATTICES:
+        return "surface"
+    layout = "poisson-disc" if rng.random() < 0.6 else "graded"
+    data["points"] = {"layout": layout, "spacing": spacing, "seed": int(rng.integers(1000))}
+    if layout == "graded":
+        (west, east), (south, north) = data["domain"]["x"], data["domain"]["y"]
+        line = [[west, rounded(rng.uniform(south, north))], [east, rounded(rng.uniform(south, north))]]
+        data["points"]["refine"] = [{"line": line, "spacing": rounded(spacing * rng.uniform(0.4, 0.8))}]
+    return f"surface, {layout}"
 
 
 def _bounds(start: float, length: float, side: float, spacing: float) -> list[float]:
