@@ -20,6 +20,8 @@ from solver.lmls.shape_functions import Approximation
 GROUP = 4
 # What has less than this share of the depth of a cell is a film beside it.
 FILM = 0.1
+# A cell may be faster than all around it by this share of its speed, beside 2 c, before it has one velocity.
+LEADING = 0.01
 # What the cell itself counts for in the difference of both sides, as part of all weights, is none below it.
 LOPSIDED = 1e-9
 
@@ -174,12 +176,13 @@ def slopes_at(now: Fields, gradient: Gradient, start: int, stop: int, dry: float
 
 
 @kernel(unaliased=True)
-def flatten_leading(now: Fields, normal: Array, start: int, stop: int, slopes: Array) -> None:
-    """Take the slopes of velocity out of cells that are faster than all around them by more than 2 c.
+def find_steadiness(now: Fields, normal: Array, start: int, stop: int, slopes: Array) -> None:
+    """Find which share of its steps of velocity a cell keeps that is much faster than all around it.
 
-    A face bounds what it is shown by one difference at a time. A film whose lopsided support says that it is
+    They may be faster by 2 c and by LEADING of their speed, by which velocities on a curved bed differ. A
+    face bounds what it is shown by one difference at a time. A film whose lopsided support says that it is
     slower ahead, while all around it is slower, would leave by its slow part in each step, and what stays
-    would be ever faster. The slopes go to zero as the square of 2 c over the lead.
+    would be ever faster. The share is the square of these over the lead.
 
     Parameters
     ----------
@@ -190,19 +193,16 @@ def flatten_leading(now: Fields, normal: Array, start: int, stop: int, slopes: A
     start, stop : int
         The cells.
     slopes : (9, cells) array
-        As `slopes_at` fills it.
+        As `slopes_at` fills it; the last row is filled with the share, 0 to 1.
     """
     h, u, v = now
     for k in range(start, stop):
         i = np.uint64(k)
         lag, u_i, v_i = slopes[8, i], u[i], v[i]
         lead = lag * lag if lag < 0.0 else 0.0
-        sent = 4.0 * normal[i] * h[i] * (u_i * u_i + v_i * v_i)
-        share = sent / (lead + 1e-300) if lead > sent else 1.0
-        slopes[2, i] *= share
-        slopes[3, i] *= share
-        slopes[4, i] *= share
-        slopes[5, i] *= share
+        square = u_i * u_i + v_i * v_i
+        sent = (4.0 * normal[i] * h[i] + LEADING * LEADING * square) * square
+        slopes[8, i] = sent / (lead + 1e-300) if lead > sent else 1.0
 
 
 @kernel(unaliased=True)
@@ -258,7 +258,7 @@ def flatten_fed(slopes: Array, faces: Faces, sides: Sides, start: int, stop: int
     """
     for b in range(start, stop):
         if sides.kind[faces.side[b]] == DEPTH:
-            slopes[2:, int(faces.left[faces.outer + b])] = 0.0
+            slopes[2:8, int(faces.left[faces.outer + b])] = 0.0
 
 
 @kernel(inline=True)
@@ -286,6 +286,7 @@ def state_at_face(
     beyond: tuple[float, float, float],
     gap: tuple[float, float, float],
     off: tuple[float, float, float],
+    share: float,
     part: float,
     sign: float,
     beta: float,
@@ -304,6 +305,8 @@ def state_at_face(
         Mean depth (m), normal and tangential velocity (m s-1) of the cell and of the cell beyond.
     gap, off : tuple
         What the gradients make of the way to the cell beyond, and of the rest.
+    share : float
+        Of the steps of velocity that the cell keeps, as `find_steadiness` has it.
     part : float
         Part of the way to the cell beyond at which the face stands.
     sign : float
@@ -323,8 +326,8 @@ def state_at_face(
     steepness = steepness_of(sign * (n_behind if h_behind > dry else n), sign * ahead)
     at_face = (
         h + step_to_face(gap[0], h_beyond - h, part, steepness) + off[0],
-        step_to_face(gap[1], ahead - n, part, steepness) + off[1],
-        step_to_face(gap[2], t_ahead - t, part, 2.0) + off[2],
+        share * (step_to_face(gap[1], ahead - n, part, steepness) + off[1]),
+        share * (step_to_face(gap[2], t_ahead - t, part, 2.0) + off[2]),
     )
     behind = h_behind, n_behind, beta * h_behind
     least = least_shown(h, lead(n, n_behind, sign), beta * h_behind)
@@ -404,6 +407,7 @@ def face_states(
             two,
             (slopes[0, i] * d_x + slopes[1, i] * d_y, n_xi * d_x + n_yi * d_y, t_xi * d_x + t_yi * d_y),
             (slopes[0, i] * o_x + slopes[1, i] * o_y, n_xi * o_x + n_yi * o_y, t_xi * o_x + t_yi * o_y),
+            slopes[8, i],
             part,
             1.0,
             b_i,
@@ -417,6 +421,7 @@ def face_states(
             one,
             (-slopes[0, j] * d_x - slopes[1, j] * d_y, -n_xj * d_x - n_yj * d_y, -t_xj * d_x - t_yj * d_y),
             (slopes[0, j] * o_x + slopes[1, j] * o_y, n_xj * o_x + n_yj * o_y, t_xj * o_x + t_yj * o_y),
+            slopes[8, j],
             1.0 - part,
             -1.0,
             b_j,

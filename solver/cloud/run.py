@@ -172,8 +172,9 @@ class CloudRun(Run):
 
     @property
     def carried(self) -> dict[str, NDArray[Any]]:
-        """The same, and the status of the cells."""
-        return super().carried | by_name(status=self.status)
+        """The same, and the status of the cells; ghosts are filled anew before they are looked at."""
+        own = super().carried | by_name(status=self.status)
+        return own | by_name(now=Fields(*(a[: self.faces.cells] for a in self.now)))
 
     def restore(self, carried: Carried) -> None:
         """Set a run made from the same scene to where these arrays were taken."""

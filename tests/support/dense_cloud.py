@@ -125,12 +125,13 @@ class CloudRun(Twin):
         found[self.cells.side_cell[fed]] = 0
         return found
 
-    def flattened(self, h, u, v):
-        """Share of its slopes of velocity that a cell keeps: all up to 2 c faster than what is around it."""
+    def steadiness(self, h, u, v):
+        """Share of its slopes of velocity that a cell keeps; it falls where the cell leads all around it."""
         seen = self.neighbours[:, 1:]
         more = np.stack([q[seen] - q[:, None] for q in (u, v)])
         along = np.where(h[seen] > self.dry, more[0] * u[:, None] + more[1] * v[:, None], -np.inf).max(axis=1)
-        lead, sent = np.minimum(along, 0.0) ** 2, 4 * self.normal * h * (u**2 + v**2)
+        square = u**2 + v**2
+        lead, sent = np.minimum(along, 0.0) ** 2, (4 * self.normal * h + 0.01**2 * square) * square
         return np.where(lead > sent, sent / np.where(lead > sent, lead, 1.0), 1.0)
 
     def stretched(self, q, h, k):
@@ -202,8 +203,8 @@ class CloudRun(Twin):
         sign, part, off = 1 - 2 * side, self.part[side], self.rest_of_way[side]
         way, n = sign * self.way, self.face_normal
         h, u, v = (q[: self.n] for q in state)
-        kept = self.flattened(h, u, v)[:, None]
-        found = self.slopes(h), *(kept * self.slopes_of_velocity(q, h) for q in (u, v))
+        kept = np.concatenate([self.steadiness(h, u, v), np.ones(len(state.h) - self.n)])[here]
+        found = self.slopes(h), *(self.slopes_of_velocity(q, h) for q in (u, v))
         none = np.zeros((len(state.h) - self.n, 2))
         slopes = [np.concatenate([q, none])[here] for q in found]
         gaps, offs = ([(g * d).sum(axis=1) for g in slopes] for d in (way, off))
@@ -222,8 +223,8 @@ class CloudRun(Twin):
         steepness = steepness_of(sign * np.where(h_behind > self.dry, n_behind, n_0), sign * ahead)
         at_face = (
             h_0 + toward(h_gap, h_1 - h_0, part, steepness) + h_off,
-            toward(n_gap, ahead - n_0, part, steepness) + n_off,
-            toward(t_gap, t_ahead - t_0, part, 2.0) + t_off,
+            kept * (toward(n_gap, ahead - n_0, part, steepness) + n_off),
+            kept * (toward(t_gap, t_ahead - t_0, part, 2.0) + t_off),
         )
         behind = h_behind, n_behind, beta * h_behind
         depth, normal, tangential = face_state((h_0, n_0, t_0), at_face, h_1, behind, sign, self.dry)

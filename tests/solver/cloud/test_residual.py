@@ -9,7 +9,7 @@ from scenes import material
 
 from solver.cloud.faces import beyond, connect, half_of
 from solver.cloud.operators import prepare
-from solver.cloud.reconstruction import flatten_leading, slopes_at, strain_at
+from solver.cloud.reconstruction import find_steadiness, slopes_at, strain_at
 from solver.kernels.earth_pressure import at_rest
 from solver.kernels.state import Fields
 from solver.physics.earth_pressure import Isotropic, MohrCoulomb
@@ -213,17 +213,20 @@ def box(cloud=None, **changes):
 
 
 def test_what_leans_on_a_wall_across_a_slope_steeper_than_friction_comes_to_rest():
-    """When the last cell does hangs on the cloud: half of them take ten seconds, and one in ten a minute."""
+    """When the last cell does hangs on the cloud: half take ten seconds, one in ten a minute or more.
+
+    Which one is slow is chance, that any last bit decides, so that only many tell of it.
+    """
     rest = []
-    for seed in range(8):
+    for seed in range(24):
         run = simulate(box(random_points((0, 10), (0, 8), 600, seed)), [80.0])
         assert run.failure is None
         assert run.depth.max() > 0.2
         assert abs(run.ledger.error) < 1e-13
-        rest.append(run.rest_time)
+        rest.append(80.0 if np.isnan(run.rest_time) else run.rest_time)
     assert np.min(rest) > 1
     assert np.median(rest) < 12
-    assert np.max(rest) < 80
+    assert np.quantile(rest, 0.9) < 65
 
 
 def test_results_have_the_shape_of_the_cloud_and_maxima_those_of_all_frames():
@@ -334,25 +337,24 @@ def test_a_face_that_stands_behind_a_cell_takes_no_step_from_it():
 
 
 def test_what_is_faster_than_all_around_it_by_more_than_waves_has_one_velocity():
-    """The slopes of its velocity go as the square of 2 c over its lead; a dry neighbour does not count."""
+    """Its steps go as the square of what waves and a hundredth of its speed allow over its lead."""
     rng = np.random.default_rng(3)
     cloud = given_points(rng.uniform(0, 10, (150, 2)), (0, 10), (0, 10))
     tables = prepare(cloud).tables
     room, one = tables.faces.cells, 70
     normal = np.full(room, 9.0)
 
-    def slopes(h, lead):
+    def share(h, lead):
         u, v, found = np.full(room, 3.0), np.full(room, 4.0), np.zeros((9, room))
         u[one], v[one] = 3.0 + 0.6 * lead, 4.0 + 0.8 * lead
         now = Fields(np.full(room, h), u, v)
         slopes_at(now, tables.gradient, 0, room, 1e-9, found)
-        before = found[2:6, one].copy()
         assert found[8, one] == pytest.approx(-lead * (5.0 + lead), rel=1e-12)
-        flatten_leading(now, normal, 0, room, found)
-        return before, found[2:6, one]
+        find_steadiness(now, normal, 0, room, found)
+        assert (np.delete(found[8], one)[: len(cloud.points) - 1] == 1).all()
+        return found[8, one]
 
     wave = 3.0 * np.sqrt(0.01)
     for lead in (0.5, 2.0, 4.0, 20.0):
-        before, after = slopes(0.01, lead * wave)
-        assert abs(before).max() > 0
-        np.testing.assert_allclose(after, before * min(1.0, (2.0 / lead) ** 2), rtol=1e-12)
+        allowed = 4.0 * wave**2 + (0.01 * (5.0 + lead * wave)) ** 2
+        assert share(0.01, lead * wave) == pytest.approx(min(1.0, allowed / (lead * wave) ** 2), rel=1e-12)
