@@ -105,7 +105,7 @@ def connect(volumes: ControlVolumes) -> Faces:
     right = np.concatenate([volumes.right, cells + np.arange(ghosts)])
     length = np.concatenate([volumes.length, volumes.side_length])
     outward = SIDE_NORMALS[volumes.side]
-    normal = np.concatenate([volumes.normal, outward])
+    normal = volumes.outward
     midpoint = np.concatenate([volumes.midpoint, volumes.side_midpoint])
     inside = volumes.centroid[volumes.side_cell]
     depth = np.einsum("bk,bk->b", volumes.side_midpoint - inside, outward)

@@ -23,7 +23,7 @@ from solver.kernels.state import CloudBed, Lift
 from solver.physics.elevation import Surface, tangents
 from solver.points.cloud import PointCloud
 from solver.points.on_surface import known, mean_slopes
-from solver.points.voronoi import SIDE_NORMALS, ControlVolumes
+from solver.points.voronoi import ControlVolumes
 
 
 class Lifted(NamedTuple):
@@ -139,7 +139,7 @@ def _edges(volumes: ControlVolumes, b_x: Array, b_y: Array, frames: Array) -> tu
     length : (e,) array
         In m.
     """
-    outward = np.concatenate([volumes.normal, SIDE_NORMALS[volumes.side]]).T
+    outward = volumes.outward.T
     length = np.concatenate([volumes.length, volumes.side_length])
     along = np.stack([-outward[1], outward[0]])
     sides = (

@@ -78,7 +78,9 @@ def gradient_of(slope: Approximation) -> Gradient:
     cells = whole_blocks(n)
     along, across = (laid_out(weights, cells) for weights in (slope.along, slope.across))
     neighbours = np.tile(np.arange(cells), (len(along), 1))
-    neighbours[:, :n] = slope.neighbours[:, 1] if support > 1 else neighbours[:, :n]
+    if support > 1:
+        # what fills up is a neighbour without weight: among the fastest the cell itself would count
+        neighbours[:, :n] = slope.neighbours[:, 1]
     neighbours[: support - 1, :n] = slope.neighbours[:, 1:].T
     return Gradient(neighbours.astype(np.uint32), along, across)
 

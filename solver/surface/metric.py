@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.arrays import Array
-from solver.physics.elevation import Surface, frames_of, plan_slopes
+from solver.physics.elevation import Surface, plan_slopes, tangents
 
 
 class EdgeFrames(NamedTuple):
@@ -104,12 +104,11 @@ def metric_of(
     tangent, cfl : float
         tan(delta), and the Courant number: what bounds the first step from rest.
     """
-    z = corners
-    b_x, b_y = plan_slopes(z, spacing)
+    b_x, b_y = plan_slopes(corners, spacing)
     w = np.sqrt(1.0 + (b_x * b_x + b_y * b_y))
     level = np.sqrt(1.0 + b_x * b_x)
     normal = np.stack([-b_x / w, -b_y / w, 1.0 / w])
-    e_1, e_2 = frames_of(z, spacing)
+    e_1, e_2 = tangents(b_x, b_y)
     area = spacing * spacing * w
     g_1, g_2, g_n = -gravity * e_1[2], -gravity * e_2[2], gravity / w
     z_xx, z_xy, z_yy = surface.hessian(x, y)
@@ -119,9 +118,9 @@ def metric_of(
 
     excess = np.maximum(0.0, np.hypot(g_1, g_2) - g_n * tangent)
     falling = np.sqrt(cfl * excess / spacing).ravel()
-    drop = z[1:, 1:-1] - z[:-1, 1:-1]
+    drop = corners[1:, 1:-1] - corners[:-1, 1:-1]
     along_y = np.stack([np.zeros_like(drop), np.full_like(drop, spacing), drop])
-    drop = z[1:-1, :-1] - z[1:-1, 1:]
+    drop = corners[1:-1, :-1] - corners[1:-1, 1:]
     along_x = np.stack([np.full_like(drop, -spacing), np.zeros_like(drop), drop])
     frames = normal, e_1, e_2
     x_edges = _edge_frames(along_y, *([f[:, :, k] for f in frames] for k in (slice(-1), slice(1, None))))
