@@ -16,7 +16,7 @@ from solver.physics.elevation import Surface, edges_of, lifted_area, plan_slopes
 from solver.physics.terrain import SlopeProfile
 from solver.points.cloud import PointCloud
 from solver.points.lattice import Lattice
-from solver.points.on_surface import mean_slopes
+from solver.points.on_surface import area_on_bed, mean_slopes
 from solver.scene import Scene
 
 
@@ -107,11 +107,9 @@ def _of_profile(scene: Scene, terrain: SlopeProfile) -> Ground:
 
 def _of_surface(scene: Scene, surface: Surface, points: Lattice) -> Ground:
     # a cell falls along the plane through its corners, beyond the middles of those beside it
-    d, gravity = points.dx, scene.gravity
-    corners = surface.corners(*(edges_of(a, d) for a in (points.x_points, points.y_points)))
+    d, gravity, corners = points.dx, scene.gravity, _corners(surface, points)
     area, (b_x, b_y) = lifted_area(corners, d), plan_slopes(corners, d)
-    middle = 0.25 * (corners[:-1, :-1] + corners[:-1, 1:] + corners[1:, :-1] + corners[1:, 1:])
-    potential = gravity * (middle - corners.min())
+    potential = gravity * (_middle(corners) - corners.min())
     steep, normal = np.hypot(b_x, b_y), gravity * d * d / area
     around = np.pad(potential, 1, mode="edge")
     (m, n), near = potential.shape, range(3)
@@ -134,8 +132,7 @@ def _of_lifted_cells(scene: Scene, surface: Surface, cloud: PointCloud) -> Groun
     cells, gravity = cloud.control_volumes, scene.gravity
     b_x, b_y = mean_slopes(surface, cells)
     steep, w = np.hypot(b_x, b_y), np.sqrt(1.0 + (b_x * b_x + b_y * b_y))
-    # an edge of no length: the elevation of a place, as cells of this size have it
-    heights = gravity * surface.along_edges(cells.centroid, cells.centroid, np.sqrt(cells.area))
+    heights = gravity * _at_cells(surface, cloud)
     potential = heights - heights.min()
     length = 2.0 * np.sqrt(3.0 * (cells.second_moment[:, 0] + cells.second_moment[:, 2]))
     fall = gravity * float((length * steep).max())
@@ -151,6 +148,32 @@ def _of_lifted_cells(scene: Scene, surface: Surface, cloud: PointCloud) -> Groun
         beside=neighbours_of(cloud).largest(potential),
         unseen=fall,
     )
+
+
+def area_and_height(surface: Surface, points: Lattice | PointCloud) -> tuple[Array, Array]:
+    """Give areas on the bed, m2, and elevations, m, of cells, of the shape of the points.
+
+    The elevation of a cell of a lattice is the mean of its corners.
+    """
+    if isinstance(points, Lattice):
+        corners = _corners(surface, points)
+        return lifted_area(corners, points.dx), _middle(corners)
+    return area_on_bed(surface, points), _at_cells(surface, points)
+
+
+def _corners(surface: Surface, points: Lattice) -> Array:
+    return surface.corners(*(edges_of(a, points.dx) for a in (points.x_points, points.y_points)))
+
+
+def _middle(corners: Array) -> Array:
+    """Mean of the four corners of each cell."""
+    return np.asarray(0.25 * (corners[:-1, :-1] + corners[:-1, 1:] + corners[1:, :-1] + corners[1:, 1:]))
+
+
+def _at_cells(surface: Surface, cloud: PointCloud) -> Array:
+    """Elevation at the centroids of cells, as cells of their sizes have it: along an edge of no length."""
+    centre = cloud.control_volumes.centroid
+    return surface.along_edges(centre, centre, np.sqrt(cloud.cell_area))
 
 
 @lru_cache(maxsize=8)

@@ -8,13 +8,12 @@ from dataclasses import replace
 import numpy as np
 
 from solver.arrays import Array
+from solver.checks.heights import area_and_height
 from solver.checks.incoming import Coming, coming_in
 from solver.checks.invariants import LEDGER, SPEED, Laws
 from solver.checks.states import State
-from solver.physics.elevation import Surface, edges_of
-from solver.points.cloud import PointCloud
+from solver.physics.elevation import Surface
 from solver.points.lattice import Lattice
-from solver.points.on_surface import area_on_bed
 from solver.result import Result
 from solver.scene import Collocation, Scene
 
@@ -39,11 +38,12 @@ def doubts(scene: Scene, result: Result) -> Iterator[str]:
         yield f"what the bed lost differs from what the flow took up by {ledger.bed_error:.2g} of the volume"
     surface = scene.terrain if isinstance(scene.terrain, Surface) else None
     if surface is not None:
-        area: float | Array = area_on_bed(surface, scene.points)
+        area: float | Array
+        area, height = area_and_height(surface, scene.points)
         coming = coming_in(scene)
         deepest = float(scene.depth.max()) if coming is None else max(float(scene.depth.max()), coming.depth)
         dry = scene.scheme.wet_limit * deepest
-        limit = speed_of_fall(scene, heights(surface, scene.points), result, coming)
+        limit = speed_of_fall(scene, height, result, coming)
     else:
         laws = laws_of_speed(scene)
         area, dry = scene.points.cell_area, laws.dry
@@ -58,16 +58,6 @@ def doubts(scene: Scene, result: Result) -> Iterator[str]:
     fastest = float(result.max_speed.max())
     if fastest > SPEED * limit:
         yield f"a speed of {fastest:.3g} m s-1 is {fastest / limit:.2g} times what it has a source for"
-
-
-def heights(surface: Surface, points: Lattice | PointCloud) -> Array:
-    """Elevation of the cells, of the shape of the points, m; on a lattice the mean of their corners."""
-    if isinstance(points, Lattice):
-        corners = surface.corners(*(edges_of(a, points.dx) for a in (points.x_points, points.y_points)))
-        return 0.25 * (corners[:-1, :-1] + corners[:-1, 1:] + corners[1:, :-1] + corners[1:, 1:])
-    # an edge of no length is a place
-    centre = points.control_volumes.centroid
-    return surface.along_edges(centre, centre, np.sqrt(points.cell_area))
 
 
 def speed_of_fall(scene: Scene, middle: Array, result: Result, coming: Coming | None = None) -> float:

@@ -7,7 +7,6 @@ from dataclasses import replace
 from typing import Any, TypeVar
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from pipeline.studies.stress.scenes import Drawn, prepared
 from solver.checks.states import Check
@@ -101,7 +100,7 @@ def _mirrored_within(scene: Scene) -> float:
     """
     assert isinstance(scene.points, PointCloud)
     places = scene.points.points
-    least = float(cKDTree(places).query(places, k=2)[0][:, 1].min())
+    least = float(np.hypot(*(places[scene.points.nearest(2)[:, 1]] - places).T).min())
     eps = float(np.finfo(float).eps)
     return max(ROUND_OFF, STEPS_OF_ROUND_OFF * eps * float(np.ptp(places, axis=0).max()) / least)
 
