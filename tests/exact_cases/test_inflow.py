@@ -4,6 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from sections import DISCHARGE, slow_depth, slow_inflow
 
 import solver
 from solver.inflow.conditions import DEPTHS, resistance_of, uniform_speed
@@ -11,7 +12,6 @@ from solver.inflow.entrance import entrance
 from solver.physics.constants import GRAVITY as G
 from solver.physics.friction import Bingham, Chezy, Manning, OBrien
 from solver.verification.inflow_cases import (
-    backwater,
     fed,
     front_errors,
     front_exact,
@@ -118,28 +118,15 @@ def test_the_steady_profile_in_a_zone_of_rougher_bed_converges_in_second_order(s
 
 @pytest.mark.parametrize("share", [0.9, 1.3])
 def test_slow_inflow_takes_its_depth_from_below(share):
-    # Froude number 0.62: discharge is given, depth comes from the outgoing invariant
-    slope, coefficient, turbulent_friction, discharge = 5, 0.05, 100, 5.0
-    normal, errors = 1.8846553, []
+    errors = []
     for spacing in (2.0, 1.0, 0.5):
-        scene = fed(
-            slope,
-            voellmy(coefficient, turbulent_friction),
-            discharge,
-            spacing=spacing,
-            end=200,
-            start=(normal, discharge / normal),
-            x_max=share * normal,
-            depth="normal",
-            sections=(50,),
-            times=(199, 200),
-        )
+        scene = slow_inflow(share, spacing)
         result = solver.simulate(scene, [0, 200])
         x, depth = middle(scene, result.depth)
-        exact = backwater(share * normal, discharge, slope, coefficient, turbulent_friction, x)
+        exact = slow_depth(share, x)
         errors.append(np.abs(depth - exact)[x < 90].max())
         # the discharge is that of the section, whatever the depth
-        assert result.sections.discharge[0, 1] == pytest.approx(3 * spacing * discharge, rel=1e-8)
+        assert result.sections.discharge[0, 1] == pytest.approx(3 * spacing * DISCHARGE, rel=1e-8)
     assert errors[-1] < 1e-3
     assert errors[0] > 1.7 * errors[1] > 1.7**2 * errors[2]
 

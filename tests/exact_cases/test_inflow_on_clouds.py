@@ -4,10 +4,10 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from sections import DISCHARGE, slow_depth, slow_inflow
 
 import solver
 from solver.verification.inflow_cases import (
-    backwater,
     distances,
     fed,
     front_errors,
@@ -69,29 +69,15 @@ def test_below_a_section_inside_the_steady_profile_converges_in_first_order():
 
 @pytest.mark.parametrize("share", [0.9, 1.3])
 def test_slow_inflow_takes_its_depth_from_below(share):
-    # Froude number 0.62: discharge is given, depth comes from the outgoing invariant
-    slope, coefficient, turbulent_friction, discharge = 5, 0.05, 100, 5.0
-    normal, errors = 1.8846553, []
+    errors = []
     for spacing in (2.0, 1.0, 0.5):
-        scene = fed(
-            slope,
-            voellmy(coefficient, turbulent_friction),
-            discharge,
-            spacing=spacing,
-            end=200,
-            start=(normal, discharge / normal),
-            x_max=share * normal,
-            depth="normal",
-            sections=(50,),
-            times=(199, 200),
-        )
-        scene = scattered(scene, seed=0)
+        scene = scattered(slow_inflow(share, spacing), seed=0)
         result = solver.simulate(scene, [0, 200])
         x = distances(scene)
-        exact = backwater(share * normal, discharge, slope, coefficient, turbulent_friction, x)
+        exact = slow_depth(share, x)
         errors.append(np.abs(result.depth[-1] - exact)[x < 90].mean())
         # the discharge is that of the section, whatever the depth
-        assert result.sections.discharge[0, 1] == pytest.approx(6 * spacing * discharge, rel=1e-7)
+        assert result.sections.discharge[0, 1] == pytest.approx(6 * spacing * DISCHARGE, rel=1e-7)
     # largest beside the end of given depth, which counts for more than on a lattice
     assert errors[-1] < 5e-4
     assert errors[0] > 1.9 * errors[1] > 1.9**2 * errors[2]

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 from scenes import SCENES
 
+from solver.forms import begin
 from solver.physics.earth_pressure import MohrCoulombFlow
 from solver.physics.erosion import Egashira, ErodibleBed, GrowthRate, ShearStress
 from solver.physics.friction import Coulomb
@@ -42,6 +43,16 @@ class Memory:
 
     def save(self, snapshot):
         self.saved.append(copy.deepcopy(snapshot))
+
+
+def with_and_without_a_restart(scene, end, steps):
+    """Two runs of as many steps, the second gone on with from where a third had taken half of them."""
+    whole, first, second = (begin(scene, end, 0.01, True) for _ in range(3))
+    whole.advance(end, steps)
+    first.advance(end, steps // 2)
+    second.restore({key: array.copy() for key, array in first.carried.items()})
+    second.advance(end, steps)
+    return whole, second
 
 
 def assert_same(one, two):

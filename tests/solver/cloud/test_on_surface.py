@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from checkpoints import with_and_without_a_restart
 
 from solver import Coulomb, Lattice, MohrCoulomb, Plane, Scene, Voellmy, simulate
-from solver.forms import begin
 from solver.physics.earth_pressure import MohrCoulombFlow
 from solver.physics.elevation import ElevationModel
 from solver.physics.erosion import ErodibleBed, GrowthRate
@@ -170,11 +170,7 @@ def test_what_is_released_where_nothing_is_known_leaves_by_the_ledger():
 
 def test_ten_steps_are_five_and_a_restart_and_five():
     case = scene(EVEN, rough(slope=20.0), heap(EVEN), Voellmy(8.0, 500.0))
-    whole, first, second = (begin(case, 30.0, 0.01, True) for _ in range(3))
-    whole.advance(30.0, 10)
-    first.advance(30.0, 5)
-    second.restore({key: array.copy() for key, array in first.carried.items()})
-    second.advance(30.0, 10)
+    whole, second = with_and_without_a_restart(case, 30.0, 10)
     for one, two in zip(whole.state, second.state, strict=True):
         np.testing.assert_array_equal(one, two)
 

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from checkpoints import with_and_without_a_restart
 
 import solver
 from solver.forms import begin
@@ -100,11 +101,7 @@ def test_what_flows_down_through_a_section_adds_to_what_comes_in():
     ids=["fed", "two", "earth pressure", "erosion"],
 )
 def test_a_restart_changes_nothing(scene):
-    whole, first, second = (begin(scene, 40.0, 0.01, True) for _ in range(3))
-    whole.advance(40.0, 80)
-    first.advance(40.0, 40)
-    second.restore({name: array.copy() for name, array in first.carried.items()})
-    second.advance(40.0, 80)
+    whole, second = with_and_without_a_restart(scene, 40.0, 80)
     assert whole.come_in > 0
     for name, array in whole.carried.items():
         assert np.array_equal(array, second.carried[name], equal_nan=True), name

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from checkpoints import with_and_without_a_restart
 
 import solver
 from solver.forms import begin
@@ -72,11 +73,7 @@ def test_slow_inflow_meets_the_invariant_from_inside():
     "scene", [down_valley(), fed(15, VOELLMY, 0, length=40, hydrograph=RISE, depth="normal")]
 )
 def test_a_restart_changes_nothing(scene):
-    whole, first, second = (begin(scene, 40.0, 0.01, True) for _ in range(3))
-    whole.advance(40.0, 80)
-    first.advance(40.0, 40)
-    second.restore({name: array.copy() for name, array in first.carried.items()})
-    second.advance(40.0, 80)
+    whole, second = with_and_without_a_restart(scene, 40.0, 80)
     for name, array in whole.carried.items():
         assert np.array_equal(array, second.carried[name], equal_nan=True), name
 
@@ -176,11 +173,7 @@ def test_what_comes_in_flows_around_buildings_and_takes_up_its_bed(scene):
 
 @pytest.mark.parametrize("scene", [IN_THE_VALLEY, ON_A_SLOPE])
 def test_a_restart_among_buildings_on_loose_bed_changes_nothing(scene):
-    whole, first, second = (begin(scene, 40.0, 0.01, True) for _ in range(3))
-    whole.advance(40.0, 80)
-    first.advance(40.0, 40)
-    second.restore({name: array.copy() for name, array in first.carried.items()})
-    second.advance(40.0, 80)
+    whole, second = with_and_without_a_restart(scene, 40.0, 80)
     assert {"inflows.entered", "erosion.eroded"} <= whole.carried.keys()
     for name, array in whole.carried.items():
         assert np.array_equal(array, second.carried[name], equal_nan=True), name

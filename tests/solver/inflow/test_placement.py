@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from sections import HEADINGS, SLOPE
 
 import solver
 from solver.inflow.placement import place
 
 LATTICE = solver.Lattice((0, 20), (-5, 5), 1)
-FLAT, SLOPE = solver.Plane(0), solver.Plane(20)
 
 
 def placed(line, terrain=SLOPE, lattice=LATTICE):
@@ -26,18 +26,7 @@ def test_a_line_across_the_slope_is_the_faces_above_the_cells_that_hold_it():
     assert found.width.sum() == pytest.approx(5)
 
 
-@pytest.mark.parametrize(
-    ("line", "terrain", "way"),
-    [
-        (((10, 2), (10, -2)), SLOPE, (1, 0)),
-        (((10, -2), (10, 2)), solver.Plane(-20), (-1, 0)),
-        (((10, -2), (10, 2)), FLAT, (1, 0)),
-        (((10, 2), (10, -2)), FLAT, (-1, 0)),
-        (((20, -5), (20, 5)), SLOPE, (-1, 0)),
-        (((5, -5), (9, -5)), SLOPE, (0, 1)),
-        (((5, 5), (9, 5)), FLAT, (0, -1)),
-    ],
-)
+@HEADINGS
 def test_flow_goes_inward_at_a_side_else_down_the_bed_else_to_the_right_hand(line, terrain, way):
     assert placed(line, terrain).direction == pytest.approx(way)
 

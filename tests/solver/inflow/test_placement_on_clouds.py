@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from sections import HEADINGS, SLOPE
 
 import solver
 from solver.inflow.clouds import place_on_cloud
@@ -11,7 +12,6 @@ from solver.inflow.placement import place
 from solver.points.cloud import given_points, random_points
 
 CLOUD = random_points((0, 20), (-5, 5), 200, 3)
-FLAT, SLOPE = solver.Plane(0), solver.Plane(20)
 inside = st.tuples(st.floats(2, 18), st.floats(-4, 4))
 
 
@@ -59,18 +59,7 @@ def test_a_line_on_a_side_is_its_boundary_faces_inward(x):
     assert (found.downstream >= 0).all()
 
 
-@pytest.mark.parametrize(
-    ("line", "terrain", "way"),
-    [
-        (((10, 2), (10, -2)), SLOPE, (1, 0)),
-        (((10, -2), (10, 2)), solver.Plane(-20), (-1, 0)),
-        (((10, -2), (10, 2)), FLAT, (1, 0)),
-        (((10, 2), (10, -2)), FLAT, (-1, 0)),
-        (((20, -5), (20, 5)), SLOPE, (-1, 0)),
-        (((5, -5), (9, -5)), SLOPE, (0, 1)),
-        (((5, 5), (9, 5)), FLAT, (0, -1)),
-    ],
-)
+@HEADINGS
 def test_flow_goes_inward_at_a_side_else_down_the_bed_else_to_the_right_hand(line, terrain, way):
     found = placed(line, terrain)
     assert found.direction == pytest.approx(way)

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from checkpoints import with_and_without_a_restart
 
 from solver import Coulomb, Lattice, MohrCoulomb, Plane, Scene, given_points, simulate
-from solver.forms import begin
 from solver.lattice.walls import EAST, NORTH, SOUTH, WEST, wall_flux, walls_of
 from solver.physics.elevation import ElevationModel
 from solver.scene import Boundaries, Collocation
@@ -109,11 +109,7 @@ def test_skipping_and_growing_change_no_bit(kind, monkeypatch):
 @pytest.mark.parametrize("kind", ["plane", "surface"])
 def test_ten_steps_are_five_and_a_restart_and_five(kind, monkeypatch):
     monkeypatch.setattr("solver.lattice.run.LEAST_GROWTH", 2)
-    whole, first, second = (begin(scene(kind, houses()), 30.0, 0.01, True) for _ in range(3))
-    whole.advance(30.0, 24)
-    first.advance(30.0, 12)
-    second.restore({key: array.copy() for key, array in first.carried.items()})
-    second.advance(30.0, 24)
+    whole, second = with_and_without_a_restart(scene(kind, houses()), 30.0, 24)
     for one, two in zip(whole.state, second.state, strict=True):
         np.testing.assert_array_equal(one, two)
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from checkpoints import with_and_without_a_restart
 
 from solver import Coulomb, Lattice, MohrCoulomb, Scene, Voellmy, simulate
-from solver.forms import begin
 from solver.physics.elevation import ElevationModel, edges_of, lifted_area, plan_slopes
 from solver.scene import Boundaries
 
@@ -116,11 +116,7 @@ def test_skipping_changes_no_bit():
 def test_ten_steps_are_five_and_a_restart_and_five(monkeypatch):
     monkeypatch.setattr("solver.lattice.run.LEAST_GROWTH", 2)
     case = scene(rough(slope=20.0), heap(), Voellmy(8.0, 500.0))
-    whole, first, second = (begin(case, 30.0, 0.01, True) for _ in range(3))
-    whole.advance(30.0, 10)
-    first.advance(30.0, 5)
-    second.restore({key: array.copy() for key, array in first.carried.items()})
-    second.advance(30.0, 10)
+    whole, second = with_and_without_a_restart(case, 30.0, 10)
     for one, two in zip(whole.state, second.state, strict=True):
         np.testing.assert_array_equal(one, two)
 
