@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from pipeline.cli.exit_codes import SOME_FAILED, exit_on_errors
+
+
+class Section(StrEnum):
+    """What not all scenes have, by the section of their files."""
+
+    INFLOW = "inflow"
+    ERODIBLE_BED = "erodible_bed"
+    STRUCTURES = "structures"
 
 
 def bench(
@@ -34,6 +43,9 @@ def stress(
     claim: Annotated[
         bool, typer.Option("--claim", help="Draw five seeds from a hash of the code, in place of --seed.")
     ] = False,
+    only: Annotated[
+        list[Section] | None, typer.Option(help="Draw only scenes that have it; may be given again.")
+    ] = None,
     workers: Annotated[int, typer.Option(min=1, help="Worker processes.")] = 2,
     work: Annotated[float, typer.Option(min=1, help="Cell-stages after which a scene ends.")] = 2e6,
     to: Annotated[Path, typer.Option(help="Folder to write to.")] = Path("stress"),
@@ -54,7 +66,16 @@ def stress(
     many = scenes or (pieces.SCENES if claim else 100)
     with exit_on_errors():
         reports, failing = pieces.stress(
-            to, typer.echo, many, seed, workers, files, work, claim=claim, page=page
+            to,
+            typer.echo,
+            many,
+            seed,
+            workers,
+            files,
+            work,
+            claim=claim,
+            page=page,
+            sections=tuple(sorted(section.value for section in set(only or ()))),
         )
     for path in [*reports, *failing]:
         typer.echo(str(path))

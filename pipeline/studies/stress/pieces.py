@@ -15,7 +15,7 @@ from pipeline.store.provenance import COMPUTING
 from pipeline.studies.stress import report
 from pipeline.studies.stress.campaign import Row, campaign, files, is_repeated, same_with_any_workers
 from pipeline.studies.stress.records import record_of, row_of
-from pipeline.studies.stress.scenes import draw, read
+from pipeline.studies.stress.scenes import draw, first_numbers, read
 from pipeline.studies.stress.watch import MOST_WORK
 from solver import sources
 
@@ -46,12 +46,15 @@ class Plan(NamedTuple):
         Cell-stages after which a scene ends.
     workers : int
         Processes.
+    sections : tuple of str
+        That the files of all scenes have; then all scenes are repeated.
     """
 
     seeds: list[int]
     scenes: int
     work: float
     workers: int
+    sections: tuple[str, ...] = ()
 
 
 @cache
@@ -76,16 +79,17 @@ def in_pieces(plan: Plan, to: Path, tell: Tell) -> tuple[list[Row], float]:
     seconds = 0.0
     for k, seed in enumerate(plan.seeds):
         count = plan.scenes // len(plan.seeds) + (k < plan.scenes % len(plan.seeds))
+        numbers = first_numbers(seed, count, plan.sections)
         for first in range(0, count, PIECE):
-            numbers = range(first, min(first + PIECE, count))
-            found, took = _piece(plan, seed, numbers, to, tell)
+            found, took = _piece(plan, seed, numbers[first : first + PIECE], to, tell)
             rows, seconds = rows + found, seconds + took
     return rows, seconds
 
 
-def _piece(plan: Plan, seed: int, numbers: range, to: Path, tell: Tell) -> tuple[list[Row], float]:
-    path = to / "pieces" / f"{seed}-{numbers.start}-{numbers.stop}-{plan.work:g}.json"
-    todo = [(draw(seed, k), is_repeated(seed, k)) for k in numbers]
+def _piece(plan: Plan, seed: int, numbers: list[int], to: Path, tell: Tell) -> tuple[list[Row], float]:
+    of = "-".join([str(seed), *plan.sections, str(numbers[0]), str(numbers[-1] + 1), f"{plan.work:g}"])
+    path = to / "pieces" / f"{of}.json"
+    todo = [(draw(seed, k), bool(plan.sections) or is_repeated(seed, k)) for k in numbers]
     failing = to / "failing"
     if path.exists():
         kept = json.loads(path.read_text(encoding="utf-8"))
@@ -118,6 +122,7 @@ def stress(
     work: float = MOST_WORK,
     claim: bool = False,
     page: Path | None = None,
+    sections: tuple[str, ...] = (),
 ) -> tuple[list[Path], list[Path]]:
     """Run a campaign, write its tables, and give what was written: reports, and files of failing scenes.
 
@@ -137,8 +142,10 @@ def stress(
         Draw the scenes from seeds that the code gives.
     page : Path, optional
         A page of Markdown; the tables take the place of what is between its marks.
+    sections : tuple of str
+        Run only scenes whose files have all of them.
     """
-    plan = Plan(seeds_of(code()) if claim else [seed], scenes, work, workers)
+    plan = Plan(seeds_of(code()) if claim else [seed], scenes, work, workers, sections)
     if chosen:
         began = perf_counter()
         todo = [(read(path), True) for path in chosen]
@@ -151,6 +158,8 @@ def stress(
         # scenes of files are no sample
         tell(report.rate(rows))
     drawn_from = f"drawn from the code, {code()[:12]}" if claim else ""
+    if sections:
+        drawn_from = ", ".join(filter(None, [drawn_from, f"those with {' and '.join(sections)} alone"]))
     told = report.Told([] if chosen else plan.seeds, drawn_from, work, workers, seconds)
     written = report.write(rows, to, told)
     if page is not None:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
+from itertools import count, islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -215,6 +216,22 @@ def draw(seed: int, number: int) -> Drawn:
         "drawn wider": part,
     }
     return Drawn(name, data, labels, places, files)
+
+
+def first_numbers(seed: int, many: int, sections: Collection[str] = ()) -> list[int]:
+    """Give the numbers of the first scenes of a seed that have all of some sections in their files.
+
+    Parameters
+    ----------
+    many : int
+        How many.
+    sections : collection of str
+        Such as ``inflow``; scenes that have all of them must be drawn.
+    """
+    if not sections:
+        return list(range(many))
+    wanted = set(sections)
+    return list(islice((k for k in count() if wanted <= draw(seed, k).data.keys()), many))
 
 
 def _on_surface(name: str, rng: draws.Generator) -> Drawn:

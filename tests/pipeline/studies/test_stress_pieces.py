@@ -64,6 +64,26 @@ def test_a_campaign_that_was_cut_off_goes_on_where_it_was(counted, tmp_path, mon
     assert len(counted) == 9
 
 
+def test_a_campaign_of_scenes_with_some_sections_repeats_all(counted, tmp_path, monkeypatch):
+    repeated = []
+    run = pieces.campaign
+    monkeypatch.setattr(
+        pieces, "campaign", lambda todo, *rest: repeated.extend(flag for _, flag in todo) or run(todo, *rest)
+    )
+    plan = Plan([3], 4, SMALL, 1, ("erodible_bed", "inflow"))
+    rows, _ = in_pieces(plan, tmp_path, lambda text: None)
+    assert counted == [row.drawn.name for row in rows]
+    with_both = [draw(3, k) for k in range(100)]
+    with_both = [each.name for each in with_both if {"erodible_bed", "inflow"} <= each.data.keys()]
+    assert counted[: len(with_both)] == with_both[:4]
+    assert all({"erodible_bed", "inflow"} <= row.drawn.data.keys() for row in rows)
+    assert repeated == [True] * 4
+    # what is kept of all scenes is not taken for it
+    counted.clear()
+    in_pieces(Plan([3], 1, SMALL, 1), tmp_path, lambda text: None)
+    assert counted == ["stress-3-0"]
+
+
 def test_a_row_is_what_its_record_says(tmp_path):
     row = perform(draw(1, 3), False, 1e4)
     row.file = tmp_path / "scene.yaml"
