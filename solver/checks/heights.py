@@ -84,17 +84,22 @@ def ground_of(scene: Scene) -> Ground:
 
 def _of_profile(scene: Scene, terrain: SlopeProfile) -> Ground:
     points, gravity = scene.points, scene.gravity
-    inclination = scene.profile.inclination(points.coordinates[0])
-    curved = scene.profile.curvature(points.coordinates[0]).any()
+    along = _along(points)
+    inclination = scene.profile.inclination(along)
+    curved = scene.profile.curvature(along).any()
     heights, beds = (gravity * z for z in elevations(terrain, points))
     lowest = float(heights.min())
     x, half = half_lengths(points)
+
+    def everywhere(values: Array) -> Array:
+        return np.ascontiguousarray(np.broadcast_to(values, points.shape))
+
     beside = np.maximum(terrain.elevation(x - 2.0 * half), terrain.elevation(x + 2.0 * half))
     return Ground(
         area=np.broadcast_to(points.cell_area, points.shape),
-        along=gravity * np.sin(inclination),
-        normal=gravity * np.cos(inclination),
-        potential=beds - lowest,
+        along=everywhere(gravity * np.sin(inclination)),
+        normal=everywhere(gravity * np.cos(inclination)),
+        potential=everywhere(beds - lowest),
         # what leaves through a side in y leaves from no less than the lowest place
         at_sides=np.array([heights[0] - lowest, heights[-1] - lowest, 0.0, 0.0]),
         range=float(np.ptp(heights)),
@@ -178,11 +183,16 @@ def _at_cells(surface: Surface, cloud: PointCloud) -> Array:
 
 @lru_cache(maxsize=8)
 def elevations(terrain: SlopeProfile, points: Lattice | PointCloud) -> tuple[Array, Array]:
-    """Give the elevations of a bed at 501 places along the domain and at points, of their shape, m.
+    """Give the elevations of a bed at 501 places along the domain, and at the points along it, m.
 
-    The runs of a sweep share them.
+    Those of a lattice are of one row, as all rows have them. The runs of a sweep share them.
     """
-    return terrain.elevation(np.linspace(*points.extent[0], 501)), terrain.elevation(points.coordinates[0])
+    return terrain.elevation(np.linspace(*points.extent[0], 501)), terrain.elevation(_along(points))
+
+
+def _along(points: Lattice | PointCloud) -> Array:
+    """Places of points along the slope, of one row of a lattice, m."""
+    return points.x_points if isinstance(points, Lattice) else points.coordinates[0]
 
 
 def half_lengths(points: Lattice | PointCloud) -> tuple[Array, Array]:

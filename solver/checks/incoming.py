@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from solver.arrays import Array, Indices
+from solver.inflow.entrance import Entrance
 from solver.run import entrances_of
 from solver.scene import Scene
 
@@ -30,9 +31,15 @@ class Coming(NamedTuple):
     starts: Array
 
 
-def coming_in(scene: Scene) -> Coming | None:
-    """Find what comes in through sections of a scene; None where nothing does."""
-    found = entrances_of(scene)
+def coming_in(scene: Scene, entrances: tuple[Entrance, ...] | None = None) -> Coming | None:
+    """Find what comes in through sections of a scene; None where nothing does.
+
+    Parameters
+    ----------
+    entrances : tuple of Entrance, optional
+        Its inflows, where a run has placed them already.
+    """
+    found = entrances_of(scene) if entrances is None else entrances
     if not found:
         return None
     peaks = [float(each.inflow.hydrograph.discharges.max()) for each in found]

@@ -95,7 +95,7 @@ class Laws:
         # a fall is resolved to a spacing
         self.unresolved = self.released * float(np.abs(self.along).max()) * spacing
 
-    def total(self, density: Array) -> float:
+    def total(self, density: Array | float) -> float:
         """Integrate over the points."""
         return float((self.area * density).sum())
 
@@ -149,8 +149,9 @@ class Laws:
         came += state.entered
         volume = self.released + came + state.entrained
         error = abs(self.total(state.h) - volume + left) / max(volume, 1e-300)
-        of_bed = abs(self.total(state.eroded + 0.0 * self.area) - state.entrained) / max(volume, 1e-300)
-        speed = float(np.hypot(state.u, state.v)[state.h > self.dry].max(initial=0.0))
+        of_bed = abs(self.total(state.eroded) - state.entrained) / max(volume, 1e-300)
+        wet = state.h > self.dry
+        speed = float(np.hypot(state.u[wet], state.v[wet]).max(initial=0.0))
         limit = self.speed_limit(state.time)
         through = float((state.ledger[:, 0] - state.ledger[:, 1]) @ self.at_sides)
         if self.coming is not None and state.entered > 0:
@@ -219,6 +220,9 @@ class Laws:
     def held(self, state: State) -> NDArray[np.bool_]:
         """Cells that friction holds beyond doubt, away from sides of a given depth, of the points' shape."""
         points = self.scene.points
+        still = (state.h > 0) & (state.u == 0) & (state.v == 0)
+        if not still.any():
+            return still
         if self.neighbours is None:
             self.neighbours = neighbours_of(points)
         normal = float(self.normal.max()) / self.scene.gravity

@@ -39,7 +39,8 @@ class State(NamedTuple):
 
 def state_of_run(run: Run) -> State:
     """Copy the state of a run."""
-    return State(*run.state, run.time, run.ledger.copy(), run.eroded, run.entrained, run.come_in)
+    eroded = run.eroded if run.scene.erodible_bed is not None else 0.0
+    return State(*run.state, run.time, run.ledger.copy(), eroded, run.entrained, run.come_in)
 
 
 class Check(NamedTuple):

@@ -13,7 +13,7 @@ from time import perf_counter
 
 import numpy as np
 
-from pipeline.studies.stress.repeats import repeat
+from pipeline.studies.stress.repeats import repeat, steps_within
 from pipeline.studies.stress.scenes import Drawn, can_be_run, prepared
 from pipeline.studies.stress.shrink import shrink
 from pipeline.studies.stress.watch import MOST_WORK, Watched, watch
@@ -82,7 +82,8 @@ def perform(drawn: Drawn, repeated: bool, most_work: float = MOST_WORK) -> Row:
     try:
         row.watched = watch(ready.scene, float(ready.times[-1]), most_work)
         if repeated and row.conservative:
-            row.repeats = repeat(drawn)
+            most = steps_within(most_work, row.watched.steps, row.watched.work)
+            row.repeats = repeat(drawn, ready, most)
     except Exception as error:
         where = traceback.extract_tb(error.__traceback__)[-1]
         row.reason = f"{CRASH}: {type(error).__name__} in {Path(where.filename).name}:{where.lineno}: {error}"

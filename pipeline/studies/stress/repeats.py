@@ -8,6 +8,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from pipeline.runs.scene_of_run import Prepared
 from pipeline.studies.stress.scenes import Drawn, prepared
 from solver.checks.states import Check
 from solver.forms import begin
@@ -59,17 +60,39 @@ OF_EROSION = {
 ROOTS = {"manning_n", "consistency"}
 
 
-def repeat(drawn: Drawn) -> list[Check]:
-    """Repeat the first steps of a scene in all ways, and compare."""
-    ready = prepared(drawn)
+def steps_within(work: float, watched_steps: int, watched_work: int) -> int:
+    """Give the number of steps to repeat of a scene: fewer where they take more than some work, cell-stages.
+
+    Parameters
+    ----------
+    work : float
+        Of a repetition, roughly, at most.
+    watched_steps, watched_work : int
+        Of the scene itself: how many steps it took, and what they cost.
+    """
+    return int(np.clip(work * watched_steps / max(watched_work, 1), FEW_STEPS, STEPS))
+
+
+def repeat(drawn: Drawn, ready: Prepared | None = None, most: int = STEPS) -> list[Check]:
+    """Repeat the first steps of a scene in all ways, and compare.
+
+    Parameters
+    ----------
+    ready : Prepared, optional
+        The solver's scene, where it is made already.
+    most : int
+        Steps, at least `FEW_STEPS`.
+    """
+    ready = prepared(drawn) if ready is None else ready
     scene, end = ready.scene, float(ready.times[-1])
-    whole = _stepped(scene, end, STEPS)
-    checks = [Check("a restart changes nothing", _unequal(_restarted(scene, end), whole), 0.0)]
+    whole = _stepped(scene, end, most)
+    checks = [Check("a restart changes nothing", _unequal(_restarted(scene, end, most), whole), 0.0)]
     if isinstance(scene.terrain, Surface):
-        return [*checks, *_scaled_on_surface(scene, end, whole)]
+        return [*checks, *_scaled_on_surface(scene, end, whole, most)]
     exact = isinstance(scene.points, Lattice)
-    steps = STEPS if exact else FEW_STEPS
-    here, there = _stepped(scene, end, steps), _stepped(mirrored(scene), end, steps)
+    steps = most if exact else FEW_STEPS
+    here = whole if exact else _stepped(scene, end, steps)
+    there = _stepped(mirrored(scene), end, steps)
     if exact:
         pairs = zip(here.state, there.state, (1, 1, -1), strict=True)
         differ = float(sum((a != sign * b[::-1]).sum() for a, b, sign in pairs))
@@ -83,11 +106,11 @@ def repeat(drawn: Drawn) -> list[Check]:
     if scene.inflows:
         # depths of discharges are found by logarithms, which no unit leaves as they are
         return [*checks, *_scaled_inflow(drawn, scene, end)]
-    strong = _stepped(stronger(scene), end / np.sqrt(FACTOR), STEPS)
+    strong = _stepped(stronger(scene), end / np.sqrt(FACTOR), most)
     checks.append(Check("gravity scales time", _scaled(strong, whole, 1.0, np.sqrt(FACTOR)), 0.0))
     if exact:
         large = prepared(larger(drawn))
-        run = _stepped(large.scene, float(large.times[-1]), STEPS)
+        run = _stepped(large.scene, float(large.times[-1]), most)
         checks.append(Check("length scales", _scaled(run, whole, FACTOR, np.sqrt(FACTOR)), 0.0))
     return checks
 
@@ -105,11 +128,11 @@ def _mirrored_within(scene: Scene) -> float:
     return max(ROUND_OFF, STEPS_OF_ROUND_OFF * eps * float(np.ptp(places, axis=0).max()) / least)
 
 
-def _scaled_on_surface(scene: Scene, end: float, whole: Run) -> list[Check]:
+def _scaled_on_surface(scene: Scene, end: float, whole: Run, most: int) -> list[Check]:
     """Compare a scene on a surface with itself under a stronger gravity; the raster stays."""
     if scene.inflows or scene.zones or ROOTS & set(vars(scene.friction)):
         return []
-    strong = _stepped(stronger(scene), end / np.sqrt(FACTOR), STEPS)
+    strong = _stepped(stronger(scene), end / np.sqrt(FACTOR), most)
     return [Check("gravity scales time", _scaled(strong, whole, 1.0, np.sqrt(FACTOR)), 0.0)]
 
 
@@ -135,11 +158,11 @@ def _stepped(scene: Scene, end: float, steps: int) -> Run:
     return run
 
 
-def _restarted(scene: Scene, end: float) -> Run:
+def _restarted(scene: Scene, end: float, steps: int) -> Run:
     """Step half of the way, and the rest by another run that is given what the first carried."""
-    first, second = _stepped(scene, end, STEPS // 2), begin(scene, end, 0.0, True)
+    first, second = _stepped(scene, end, steps // 2), begin(scene, end, 0.0, True)
     second.restore({name: array.copy() for name, array in first.carried.items()})
-    second.advance(end, STEPS)
+    second.advance(end, steps)
     return second
 
 

@@ -8,6 +8,7 @@ from time import perf_counter
 
 import numpy as np
 
+from solver.checks.incoming import coming_in
 from solver.checks.invariants import Laws
 from solver.checks.states import Check, State, state_of_run
 from solver.cloud.run import CloudRun
@@ -86,7 +87,7 @@ def watch(scene: Scene, end: float, most_work: float = MOST_WORK, stop_at_first:
     """
     run = begin(scene, end, 0.0, True)
     found, start = Watched(points=scene.depth.size), state_of_run(run)
-    laws = Laws(scene, start, rates_of(run))
+    laws = Laws(scene, start, rates_of(run), coming_in(scene, run.entrances))
     if isinstance(scene.scheme, Collocation):
         most_work *= COLLOCATION_WORK / MOST_WORK
     began, seen, last, outcome = perf_counter(), 0.0, start, OUT_OF_STEPS
