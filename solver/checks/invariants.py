@@ -222,7 +222,7 @@ class Laws:
         points = self.scene.points
         still = (state.h > 0) & (state.u == 0) & (state.v == 0)
         if not still.any():
-            return still
+            return np.asarray(still)
         if self.neighbours is None:
             self.neighbours = neighbours_of(points)
         normal = float(self.normal.max()) / self.scene.gravity

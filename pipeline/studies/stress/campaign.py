@@ -143,9 +143,10 @@ def campaign(
     rows: dict[int, Row] = {}
     began = perf_counter()
     with started(workers) as client:
-        from solver.warmup import compile_kernels
+        from solver.warmup import compile_kernels, not_compiled
 
-        client.submit(compile_kernels, pure=False).result()
+        # each worker compiles other kinds; what is on disk is loaded by the first scene that needs it
+        client.gather([client.submit(compile_kernels, [kind], pure=False) for kind in not_compiled()])
         futures = {}
         waiting = iter(enumerate(todo))
         done = as_completed(loop=client.loop)
