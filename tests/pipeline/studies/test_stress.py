@@ -12,7 +12,7 @@ from scenes import SCENES, all_sides, scene
 
 from pipeline.studies.stress.campaign import Row, is_repeated, perform, shrunk
 from pipeline.studies.stress.draws.beds import EROSION
-from pipeline.studies.stress.repeats import ROOTS, repeat
+from pipeline.studies.stress.repeats import FEW_STEPS, ROOTS, STEPS, repeat, steps_within
 from pipeline.studies.stress.report import largest_rate, rate
 from pipeline.studies.stress.scenes import LAYOUTS, Drawn, draw, prepared, read
 from pipeline.studies.stress.shrink import shrink
@@ -85,6 +85,13 @@ def test_repeating_a_scene_gives_the_same(number):
     checks = repeat(draw(1, number))
     assert len(checks) >= 3
     assert [check for check in checks if not check.kept] == []
+
+
+def test_what_costs_much_is_repeated_for_fewer_steps():
+    assert steps_within(2e6, 1000, 2_000_000) == STEPS
+    assert steps_within(2e6, 40, 2_000_000) == 40
+    assert steps_within(2e6, 3, 2_100_000) == FEW_STEPS
+    assert steps_within(2e6, 0, 0) in range(FEW_STEPS, STEPS + 1)
 
 
 def start(case):
