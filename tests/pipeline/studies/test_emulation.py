@@ -1,21 +1,66 @@
+from dataclasses import replace
+
 import numpy as np
+import pandas as pd
 import pytest
 from root import ROOT
 
-import pipeline
-from pipeline.studies import emulation
+from pipeline.studies.emulation import __main__ as command
+from pipeline.studies.emulation.cases import CASES, VALLEY
+from pipeline.studies.emulation.truth import Truth
+from pipeline.studies.emulation.valley import errors
 
 SPACING, COUNT, FEW = 16.0, 256, 64
+SMALL = replace(
+    VALLEY,
+    name="small",
+    truth={SPACING: COUNT},
+    asked={"depth": [0.25, 0.5], "speed": [5], "pressure": [30]},
+    arrival=(60.0,),
+    few=(FEW,),
+)
+pytestmark = pytest.mark.slow
 
 
-@pytest.mark.slow
-def test_few_emulated_runs_of_the_valley_are_nearer_to_many_than_their_share(tmp_path, monkeypatch):
-    monkeypatch.chdir(ROOT)
-    pipeline.run(emulation.scenario(SPACING, COUNT), tmp_path, quiet=True)
-    truth = emulation.Truth(tmp_path, SPACING)
+@pytest.fixture(scope="module")
+def place(tmp_path_factory):
+    """Runs and tables of the study, made as its command makes them."""
+    folder = tmp_path_factory.mktemp("study")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(ROOT)
+        patch.setitem(CASES, SMALL.name, SMALL)
+        command.main(["--case", SMALL.name, "--runs", str(folder), "--to", str(folder / "tables")])
+    return folder
+
+
+def read(path):
+    head, _, *rows = path.read_text().splitlines()
+    cells = [[cell.strip() for cell in row.strip("|").split("|")] for row in (head, *rows)]
+    table = pd.DataFrame(cells[1:], columns=cells[0])
+    return table.apply(lambda column: pd.to_numeric(column, errors="coerce").fillna(column))
+
+
+def test_the_command_tables_every_threshold_of_a_case_and_how_verdicts_come_out(place):
+    table = read(place / "tables" / "small.md").set_index(["what", "place"])
+    depths = table.loc[(["depth above 0.25 m", "depth above 0.5 m"], "map"), :]
+    assert len(depths) == 2
+    assert (depths["rmse"] < 0.6 * depths["rmse_of_share"]).all()
+    assert {"speed above 5 m s-1", "pressure above 30 kPa", "arrival before 60 s"} <= {
+        what for what, _ in table.index
+    }
+    emulated = table[~table.index.get_level_values("what").str.startswith("arrival")]
+    assert (emulated["coverage"] >= 0.9).all()
+    verdicts = read(place / "tables" / "small-verdicts.md")
+    supported = verdicts[verdicts["verdict"].eq("supported") & verdicts["quantity"].eq("all others")]
+    assert (supported["coverage"] >= 0.95).all()
+    assert (supported["rmse"] < supported["rmse_of_share"]).all()
+
+
+def test_few_emulated_runs_of_the_valley_are_nearer_to_many_than_their_share(place):
+    truth = Truth(place, SMALL.named(SPACING))
     for start in (64, 128):
         rows = np.arange(start, start + FEW)
-        found = list(emulation.errors(truth.runs(rows), truth, truth.depth(rows), "few"))
+        found = list(errors(truth.runs(rows), truth, truth.depth(rows), "few"))
         assert [row["threshold"] for row in found] == [0.25, 0.5, 1.0]
         for row in found:
             assert row["rmse"] < 0.012

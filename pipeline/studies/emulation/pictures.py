@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from pipeline.emulation.sampled import Sampled
 from pipeline.emulation.thresholds import exceedance_of
-from pipeline.studies.emulation_truth import CLOSE, TRUTH, WIDE, Truth, blocks
+from pipeline.studies.emulation.cases import VALLEY
+from pipeline.studies.emulation.truth import Truth, blocks
 from solver.emulator.exceedance import Exceedance
 from solver.emulator.fields import choose
 
@@ -20,6 +21,7 @@ Array = NDArray[np.float64]
 THRESHOLDS = (0.25, 0.5, 1.0)
 PAIRS = 16
 DRAWS = 4096
+WIDE, CLOSE = VALLEY.truth
 
 
 def emulated(runs: Sampled, thresholds: Sequence[float] = THRESHOLDS) -> dict[float, Exceedance]:
@@ -39,7 +41,7 @@ def cut(runs: Sampled, whole: Array, truth: xr.Dataset) -> Array:
 
 def draw(wide: Truth, close: Truth, path: Path, threshold: float = 0.5) -> None:
     """Draw the truth, the share of the runs, the emulated map and its error side by side."""
-    rows = next(blocks(64))
+    rows = next(blocks(64, VALLEY.truth[CLOSE]))
     columns = [
         _panels(wide.runs(rows), wide, wide.depth(rows), WIDE, f"64 runs at {WIDE:g} m", threshold),
         _panels(
@@ -75,7 +77,7 @@ def _panels(
     share = cut(runs, (plain > threshold).mean(axis=0), truth.store)
     half, named = (found.sampling, "95 % interval") if found.levels == 1 else (found.total(), "total error")
     return [
-        (f"truth: {TRUTH[spacing]:,} runs at {spacing:g} m", part, known, 1.0),
+        (f"truth: {VALLEY.truth[spacing]:,} runs at {spacing:g} m", part, known, 1.0),
         (f"share of {len(plain)} runs at {spacing:g} m", part, share, 1.0),
         (f"emulated from {words}", part, found.probability, 1.0),
         (f"half width of its {named}", part, half, 0.12),

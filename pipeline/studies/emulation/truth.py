@@ -1,4 +1,4 @@
-"""Many runs of the valley on two spacings, and blocks of them, which emulated numbers are compared with.
+"""Many runs of a case, and blocks of them, which emulated numbers are compared with.
 
 A block of n runs are n consecutive points of the Sobol sequence, which are even like the first ones.
 """
@@ -7,12 +7,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-import yaml
 from numpy.typing import NDArray
 
+from pipeline.assess.ensemble import ensemble
+from pipeline.assess.receptors import Cells
 from pipeline.emulation.sampled import Sampled
 from pipeline.scenario.scenario import stored
 from pipeline.store.variables import CHOSEN_FOR, Status
@@ -20,34 +20,14 @@ from pipeline.store.zarr_store import open_store
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
-VALLEY = Path("scenarios/valley/valley.yaml")
-# runs of the truth by spacing, m
-TRUTH = {8.0: 4096, 4.0: 1024}
 BLOCKS = 4
-FIELDS = ["max_depth", "max_speed", "arrival_time", "deposit_depth"]
-WIDE, CLOSE = TRUTH
-
-
-def name(spacing: float) -> str:
-    """Name of the scenario of a truth."""
-    return f"valley-{spacing:g}m"
-
-
-def scenario(spacing: float, count: int) -> dict[str, Any]:
-    """Give the valley on a spacing, with many Sobol draws."""
-    content: dict[str, Any] = yaml.safe_load(VALLEY.read_text(encoding="utf-8"))
-    content["name"], content["points"] = name(spacing), {"spacing": spacing}
-    content["terrain"]["file"] = str((VALLEY.parent / content["terrain"]["file"]).resolve())
-    content["output"]["fields"] = FIELDS
-    content["sample"] |= {"design": "sobol", "count": count}
-    return content
 
 
 class Truth:
     """Many runs on one spacing, and blocks of them."""
 
-    def __init__(self, place: Path, spacing: float) -> None:
-        self.store = open_store(place / f"{name(spacing)}.zarr").load()
+    def __init__(self, place: Path, name: str) -> None:
+        self.store = open_store(place / f"{name}.zarr").load()
         self.settings = stored(self.store.attrs)
 
     def depth(self, rows: slice | NDArray[np.intp] = slice(None)) -> NDArray[np.float32]:
@@ -59,6 +39,11 @@ class Truth:
         """Share of all runs above a threshold, (ny, nx)."""
         found: Array = (self.depth() > threshold).mean(axis=0)
         return found
+
+    def cells(self, receptor: str) -> Rows:
+        """Cells of a receptor, in the order of the flattened lattice."""
+        (place,) = (each for each in self.settings.places if each.name == receptor)
+        return Cells(ensemble(self.store)).of(place)
 
     def runs(
         self,
@@ -83,8 +68,8 @@ class Truth:
         return Sampled(self.settings, tuple(stores), beside)
 
 
-def blocks(count: int) -> Iterator[NDArray[np.intp]]:
-    """Give some blocks of runs, far from each other in the sequence but within the smaller truth."""
-    step = max(1, min(TRUTH.values()) // count // BLOCKS)
+def blocks(count: int, whole: int) -> Iterator[NDArray[np.intp]]:
+    """Give some blocks of runs, far from each other in the sequence, among the first of the truth."""
+    step = max(1, whole // count // BLOCKS)
     for i in range(BLOCKS):
         yield np.arange(i * step * count, (i * step + 1) * count)

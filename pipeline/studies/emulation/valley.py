@@ -1,30 +1,21 @@
-"""Error of emulated numbers on the valley example, against thousands of runs.
-
-``python -m pipeline.studies.emulation`` computes the runs, prints the tables of docs/emulation.md and draws
-its pictures. ``--runs PLACE`` keeps the runs there, or takes those that are there; ``--to FOLDER`` gets
-tables and pictures. 4,096 runs at 8 m and 1,024 at 4 m take about half an hour of processor time.
-
-"""
+"""Tables of the valley: maps, receptors, run-out, chosen runs and calibration against thousands of runs."""
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Iterator
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 from scipy.spatial.distance import cdist
 
-import pipeline
 from pipeline.emulation.calibrated import emulated_measures
 from pipeline.emulation.next_runs import chosen_runs, probability_of, target_of
 from pipeline.emulation.sampled import Sampled
-from pipeline.store import run_table
 from pipeline.store.variables import Status
-from pipeline.studies.emulation_maps import DRAWS, PAIRS, cut, draw, emulated
-from pipeline.studies.emulation_truth import CLOSE, TRUTH, WIDE, Truth, blocks, scenario
+from pipeline.studies.emulation.cases import VALLEY
+from pipeline.studies.emulation.pictures import CLOSE, DRAWS, PAIRS, WIDE, cut, emulated
+from pipeline.studies.emulation.truth import Truth, blocks
 from solver.emulator.exceedance import exceedance
 from solver.emulator.fields import choose
 from solver.emulator.outline import measures, moved
@@ -32,6 +23,8 @@ from solver.emulator.posterior import Measured
 
 Array = NDArray[np.float64]
 COUNTS = (32, 64, 128)
+# blocks are of what is in the truth of both spacings
+LEAST = min(VALLEY.truth.values())
 MISSING = 8
 SHARES = (0.5, 0.95)
 # a rare probability, and how many runs are chosen for it
@@ -70,14 +63,14 @@ def errors(
 def maps(wide: Truth, close: Truth) -> Iterator[dict[str, object]]:
     """Compare maps of few runs, of runs without the largest, and of two spacings."""
     for count in COUNTS:
-        for rows in blocks(count):
+        for rows in blocks(count, LEAST):
             yield from errors(wide.runs(rows), wide, wide.depth(rows), f"{count} runs at {WIDE:g} m")
-    for rows in blocks(64):
+    for rows in blocks(64, LEAST):
         volume = wide.store["volume"].to_numpy()[rows]
         failed, rest = np.split(rows[np.argsort(-volume)], [MISSING])
         words = f"64 runs at {WIDE:g} m, the {MISSING} largest failed"
         yield from errors(wide.runs(rows, failed=failed), wide, wide.depth(rest), words)
-    for rows in blocks(64):
+    for rows in blocks(64, LEAST):
         runs, few = wide.runs(rows, close, PAIRS), close.depth(rows[:PAIRS])
         words = f"64 runs at {WIDE:g} m and {PAIRS} at {CLOSE:g} m"
         yield from errors(runs, close, few, words, two_levels=True)
@@ -94,7 +87,7 @@ def next_runs(wide: Truth) -> Iterator[dict[str, object]]:
     flat = maxima.values.reshape(len(maxima.values), -1)
     above = flat[:, maxima.places[target.receptor]].max(axis=1) > target.threshold
     at, known = whole.at(0), float(above.mean())
-    for rows in blocks(FEW):
+    for rows in blocks(FEW, LEAST):
         asked = chosen_runs(wide.runs(rows), target, CHOSEN)
         columns = [whole.inputs.by_key[key].of(values) for key, values in asked.draws.items()]
         free = np.setdiff1d(np.arange(len(at)), rows)
@@ -119,7 +112,7 @@ def next_runs(wide: Truth) -> Iterator[dict[str, object]]:
 
 def receptors(wide: Truth) -> Iterator[dict[str, object]]:
     """Compare the probability to reach receptors, with the threshold of the scenario and a larger one."""
-    for rows in blocks(64):
+    for rows in blocks(64, LEAST):
         runs = wide.runs(rows)
         weight, draws = runs.weight(runs.usable[0]), runs.inputs.draws(4 * DRAWS)
         fields = runs.fields("max_depth")
@@ -146,7 +139,7 @@ def runouts(wide: Truth) -> Iterator[dict[str, object]]:
 
     values = wide.store["flow_runout_distance"].to_numpy()
     known = np.quantile(values, SHARES)
-    for rows in blocks(32):
+    for rows in blocks(32, LEAST):
         runs = wide.runs(rows)
         scalar = fit_scalar([runs.inputs.of(runs.stores[0])], [values[rows]], [])
         found = quantiles(scalar, SHARES, runs.inputs.draws(4 * DRAWS), runs.weight(runs.usable[0]))
@@ -165,7 +158,7 @@ def calibrations(wide: Truth) -> Iterator[dict[str, object]]:
     """Count how often posteriors of 90 % hold the parameters of runs that are taken as observed."""
     y, x = wide.store["y"].to_numpy(), wide.store["x"].to_numpy()
     rest = np.flatnonzero((wide.store["status"] == Status.DONE).to_numpy())
-    for rows in blocks(64):
+    for rows in blocks(64, LEAST):
         runs = wide.runs(rows)
         scalars, draws = emulated_measures(runs, DEPOSIT), runs.inputs.draws(4 * DRAWS)
         model, inputs = Measured(list(scalars.values()), draws), runs.inputs.of(wide.store)
@@ -193,28 +186,10 @@ def over_blocks(rows: Iterator[dict[str, object]], by: list[str]) -> pd.DataFram
     return found
 
 
-def main() -> None:
-    """Compute the runs, print the tables and draw the pictures."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--runs", type=Path, default=Path("results/emulation"))
-    parser.add_argument("--to", type=Path, default=Path("docs/emulation"))
-    given = parser.parse_args()
-    pipeline.run([scenario(*each) for each in TRUTH.items()], given.runs)
-    wide, close = (Truth(given.runs, spacing) for spacing in TRUTH)
-    given.to.mkdir(parents=True, exist_ok=True)
-    made = {
-        "maps": over_blocks(maps(wide, close), ["what", "threshold"]),
-        "next-runs": over_blocks(next_runs(wide), ["what"]),
-        "receptors": over_blocks(receptors(wide), ["what"]),
-        "runouts": over_blocks(runouts(wide), ["what"]),
-        "calibrations": over_blocks(calibrations(wide), ["what"]),
-    }
-    for title, table in made.items():
-        text = run_table.markdown(table)
-        print(text)
-        (given.to / f"{title}.md").write_text(text, encoding="utf-8")
-    draw(wide, close, given.to / "maps.png")
-
-
-if __name__ == "__main__":
-    main()
+def tables(wide: Truth, close: Truth) -> Iterator[tuple[str, pd.DataFrame]]:
+    """Give the tables of the valley by the names of their files."""
+    yield "maps", over_blocks(maps(wide, close), ["what", "threshold"])
+    yield "next-runs", over_blocks(next_runs(wide), ["what"])
+    yield "receptors", over_blocks(receptors(wide), ["what"])
+    yield "runouts", over_blocks(runouts(wide), ["what"])
+    yield "calibrations", over_blocks(calibrations(wide), ["what"])

@@ -1,0 +1,1 @@
+"""Emulated numbers compared with those of many runs, case by case."""
