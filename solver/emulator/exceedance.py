@@ -89,8 +89,10 @@ class Exceedance:
 def exceedance(levels: Levels, level: float, draws: Draws, weight: Array) -> Exceedance:
     """Give the probabilities of the outputs of an emulator to be above a level.
 
-    ``p = mean over draws of Phi((mean - level) / deviation)``. Its variance is that over paths of the
-    emulator, times the calibration of the score, and the Brier score over the number of runs.
+    ``p = mean over draws of Phi((mean - level) / deviation)``, moved by what is systematic of the offset of
+    the runs from their predictions: at a jump an emulator is off alike for many runs. Its variance is that
+    over paths of the emulator, times the calibration of the score, and the Brier score over the number of
+    runs.
 
     Parameters
     ----------
@@ -133,7 +135,9 @@ def exceedance(levels: Levels, level: float, draws: Draws, weight: Array) -> Exc
             found["variance"][rows] = _over_paths(part, mean[:, some] - level, paths, few_share)
     unsharp = np.maximum(score.brier, score.calibration * found["spread"])
     variance = score.calibration * found["variance"] + unsharp / runs
-    return Exceedance(found["probability"], found["coarse"], variance, score, len(levels.parts))
+    move = score.systematic * score.offset
+    fine, rough = (np.clip(found[name] + move, 0.0, 1.0) for name in ("probability", "coarse"))
+    return Exceedance(fine, rough, variance, score, len(levels.parts))
 
 
 def _probability(at: Predictor, levels: Levels, level: float, only_coarsest: bool = False) -> Array:

@@ -25,11 +25,22 @@ class ExceedanceScore:
         Factor, at least 1, by which errors exceed what the predicted probabilities say.
     brier : (c,) array
         Score by output.
+    offset : (c,) array
+        Mean over the runs of what they are less what is predicted of them.
+    excess : float
+        Mean square of the offsets over what chance leaves of it, pooled over outputs.
     """
 
     ratio: float
     calibration: float
     brier: Array
+    offset: Array
+    excess: float
+
+    @property
+    def systematic(self) -> float:
+        """Share of the offsets that is no chance (James & Stein); 0 of a single output, which cannot tell."""
+        return max(0.0, 1 - 1 / self.excess) if len(self.offset) > 1 and self.excess > 0 else 0.0
 
 
 def exceedance_score(
@@ -54,12 +65,18 @@ def exceedance_score(
     # the share of the others: of n equal ones that of all, moved away from the run by n / (n - 1)
     share = weight @ above
     spread = weight @ ((above - share) / (1 - weight[:, None])) ** 2
-    said = float(np.sum(predicted * (1 - predicted)))
+    unsure = predicted * (1 - predicted)
+    said = float(unsure.sum())
     whole = float(spread.sum())
+    calibration = max(1.0, float(error.sum()) / said) if said > 0 else 1.0
+    offset: Array = weight @ (above - predicted)
+    chance = calibration * float(np.sum(weight**2 @ unsure))
     return ExceedanceScore(
         ratio=float(brier.sum()) / whole if whole > 0 else float("nan"),
-        calibration=max(1.0, float(error.sum()) / said) if said > 0 else 1.0,
+        calibration=calibration,
         brier=brier,
+        offset=offset,
+        excess=float(offset @ offset) / chance if chance > 0 else 0.0,
     )
 
 

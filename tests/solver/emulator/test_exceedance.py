@@ -134,7 +134,7 @@ def test_a_score_of_predictions_no_better_than_the_share_is_one():
 def test_thresholds_are_refused_by_their_ratio(ratio, word):
     from solver.emulator.scores import ExceedanceScore
 
-    verdict = support.of_exceedance(ExceedanceScore(ratio, 1.0, np.zeros(1)))
+    verdict = support.of_exceedance(ExceedanceScore(ratio, 1.0, np.zeros(1), np.zeros(1), 0.0))
     assert verdict.word == word
     assert (f"{ratio:.2f}" in verdict.reason) == (word != "supported")
 
@@ -144,3 +144,52 @@ def test_noise_is_refused():
     noise = np.random.default_rng(0).uniform(0, 1, (64, len(Y), len(X)))
     chosen = choose([FieldLevel(at, noise, Y, X, {})], (0.5,), np.full(64, 1 / 64))[0][0.5]
     assert support.of_exceedance(chosen.score).word == "refused"
+
+
+def test_a_field_that_jumps_at_its_edge_is_no_worse_than_the_share():
+    # as a speed or an arrival that is large up to the edge of the flow
+    at, weight, level = places(64), np.full(64, 1 / 64), 0.9
+    held, many = (np.where(depths(some) > 0, 1.0, 0.0) for some in (at, places(8192, seed=11)))
+    chosen = choose([FieldLevel(at, held, Y, X, {})], (level,), weight)[0][level]
+    moved = exceedance(chosen.levels, chosen.level, draws([places(4096, seed=9)], [1.0], 512), weight)
+    known = (many > level).mean(axis=0).ravel()
+    open_ended = (known > 0.01) & (known < 0.99)
+    rmse, without, plain = (
+        np.sqrt(np.mean((each - known)[open_ended] ** 2))
+        for each in (
+            moved.probability,
+            moved.probability - moved.score.systematic * moved.score.offset,
+            (held > level).mean(axis=0).ravel(),
+        )
+    )
+    assert without > 2 * plain
+    assert rmse < 1.1 * plain
+    assert np.mean(np.abs(moved.probability - known)[open_ended] <= moved.sampling[open_ended]) > 0.95
+
+
+@pytest.mark.parametrize("threshold", THRESHOLDS)
+def test_moving_probabilities_by_what_is_systematic_makes_none_worse(found, truth, threshold):
+    each, known = found[threshold], (truth > threshold).mean(axis=0).ravel()
+    open_ended = (known > 0.01) & (known < 0.99)
+    error = (each.probability - known)[open_ended]
+    before = error - (each.score.systematic * each.score.offset)[open_ended]
+    assert np.sqrt(np.mean(error**2)) <= np.sqrt(np.mean(before**2))
+    # well away from the edge of the flow nothing is off but by chance
+    assert (each.score.systematic == 0) == (threshold > 0.25)
+
+
+def test_only_what_is_off_alike_over_runs_and_outputs_is_systematic():
+    from scipy.special import ndtri
+
+    rng, runs = np.random.default_rng(0), 64
+    chance = rng.uniform(0.1, 0.9, (runs, 400))
+    above, weight, one = rng.uniform(size=chance.shape) < chance, np.full(runs, 1 / runs), np.ones_like(chance)
+    honest = exceedance_score(above, ndtri(chance), one, 0.0, weight)
+    assert honest.excess == pytest.approx(1, abs=0.2)
+    assert honest.systematic < 0.2
+    off = exceedance_score(above, ndtri(chance - 0.09), one, 0.0, weight)
+    assert off.offset.mean() == pytest.approx(0.09, abs=0.01)
+    assert off.systematic > 0.6
+    # of a single output chance and error cannot be told apart
+    alone = exceedance_score(above[:, :1], ndtri(chance - 0.09)[:, :1], one[:, :1], 0.0, weight)
+    assert alone.systematic == 0
