@@ -55,7 +55,7 @@ class Case:
     values: Mapping[str, Any] | None = None
     asked: Mapping[str, Any] | None = None
     arrival: tuple[float, ...] = ()
-    few: tuple[int, ...] = (64, 128)
+    few: tuple[int, ...] = (64,)
 
     def scenario(self, spacing: float, count: int | None = None) -> dict[str, Any]:
         """Give the scene on a spacing, with many Sobol draws."""
@@ -102,7 +102,7 @@ OTHERS = (
     Case(
         "words",
         Path("scenarios/torrent/torrent.yaml"),
-        {12.0: 512},
+        {12.0: 256},
         sections={**TORRENT, "material": {"internal_friction": 30}},
         values={
             "release.name": {"distribution": "discrete", "values": ["slide", "niche"], "weights": [2, 1]},

@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from pipeline.emulation.maps import with_errors
 from pipeline.emulation.sampled import Sampled
 from pipeline.emulation.thresholds import Threshold, exceedance_of, fitted, limit_of
 from pipeline.hazard.quantities import Quantity
@@ -88,7 +89,7 @@ def _row(each: Threshold, runs: Sampled, truth: Truth, rows: NDArray[np.intp]) -
         some = (known > OPEN[0]) & (known < OPEN[1])
     if not some.any() or np.isnan(each.chosen.score.ratio):
         return
-    error, half = (found.probability - known)[some], found.sampling[some]
+    error, half = (found.probability - known)[some], with_errors(found)["_error"][some]
     yield {
         "runs": len(rows),
         "what": f"{each.quantity.name} {_sign(each)} {each.threshold:g} {each.quantity.units}",

@@ -183,7 +183,11 @@ def test_only_what_is_off_alike_over_runs_and_outputs_is_systematic():
 
     rng, runs = np.random.default_rng(0), 64
     chance = rng.uniform(0.1, 0.9, (runs, 400))
-    above, weight, one = rng.uniform(size=chance.shape) < chance, np.full(runs, 1 / runs), np.ones_like(chance)
+    above, weight, one = (
+        rng.uniform(size=chance.shape) < chance,
+        np.full(runs, 1 / runs),
+        np.ones_like(chance),
+    )
     honest = exceedance_score(above, ndtri(chance), one, 0.0, weight)
     assert honest.excess == pytest.approx(1, abs=0.2)
     assert honest.systematic < 0.2
