@@ -1,9 +1,9 @@
 """Error of emulated numbers against many runs: ``python -m pipeline.studies.emulation --case valley``.
 
-It computes the runs of a case, prints its tables in docs/emulation.md and draws its pictures.
-``--runs PLACE`` keeps the runs there, or takes those that are there; ``--to FOLDER`` gets tables and pictures.
-Minutes of processor time: valley 30, torrent 15, words 15, six 10. Case cost measures processor time and error of
-scenarios/valley/levels.yaml beside scenarios/valley/valley.yaml, with the truth of the valley.
+It computes the runs of a case, prints its tables in docs/emulation.md and draws its pictures. ``--runs
+PLACE`` keeps the runs there, or takes those that are there; ``--to FOLDER`` gets tables and pictures. The
+valley takes half an hour of processor time, the others five to ten minutes. Case cost measures processor time
+and error of scenarios/valley/levels.yaml beside scenarios/valley/valley.yaml, with the truth of the valley.
 """
 
 from __future__ import annotations
