@@ -16,7 +16,7 @@ TORRENT_FRICTION = {
     "material.bed_friction": {"distribution": "triangular", "lower": 6, "mode": 6.5, "upper": 10},
     "material.turbulent_friction": {"distribution": "uniform", "lower": 150, "upper": 500},
 }
-TORRENT = {
+TORRENT: dict[str, dict[str, Any]] = {
     # all of its surface: to look for the domain takes as long as the runs
     "domain": {"x": [2_600_000, 2_601_600], "y": [1_199_800, 1_200_520]},
     "time": {"end": 900, "output_every": 900},

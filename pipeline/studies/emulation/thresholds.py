@@ -79,7 +79,7 @@ def _row(each: Threshold, runs: Sampled, truth: Truth, rows: NDArray[np.intp]) -
     if each.receptor:
         found = exceedance_of(runs, each.chosen, runs.inputs.draws(4 * DRAWS))
         cells = truth.cells(each.receptor)
-        by_run = above.reshape(len(above), -1)[:, cells].any(axis=1)
+        by_run = np.asarray(above.reshape(len(above), -1)[:, cells].any(axis=1))
         known, share = np.array([by_run.mean()]), np.array([by_run[rows].mean()])
         some = np.array([True])
     else:
