@@ -174,6 +174,56 @@ class Bowl(ClosedForm):
         return (z**2 + x**2) / z**3, x * y / z**3, (z**2 + y**2) / z**3
 
 
+class Creased(ClosedForm):
+    """A surface of planes and cones that meet in creases."""
+
+    def hessian_at(self, x: Array, y: Array) -> tuple[Array, Array, Array]:
+        """Zero: creases turn a flow and do not load it."""
+        nothing = np.zeros(np.broadcast(x, y).shape)
+        return nothing, nothing, nothing
+
+
+@dataclass(frozen=True)
+class Basin(Creased):
+    """A level floor of ``radius`` m around the origin, within a bank that rises by ``bank`` a metre."""
+
+    radius: float
+    bank: float
+
+    def at(self, x: Array, y: Array) -> Array:
+        """Elevation at places of one shape, m."""
+        return np.asarray(self.bank * np.maximum(0.0, np.hypot(x, y) - self.radius))
+
+
+@dataclass(frozen=True)
+class Gully(Creased):
+    """A channel that falls along (4, 3), steeper before the origin than behind it.
+
+    Parameters
+    ----------
+    half_width : float
+        Of its level bottom, m.
+    bank, steep, gentle : float
+        Rise of the banks, and falls of the bottom before and behind the origin, by a metre.
+    """
+
+    half_width: float
+    bank: float
+    steep: float
+    gentle: float
+
+    def at(self, x: Array, y: Array) -> Array:
+        """Elevation at places of one shape, m."""
+        s, n = self.along(x, y), 0.8 * y - 0.6 * x
+        banks = self.bank * np.maximum(0.0, np.abs(n) - self.half_width)
+        return np.asarray(banks - self.steep * np.minimum(s, 0.0) - self.gentle * np.maximum(s, 0.0))
+
+    @staticmethod
+    def along(x: Array, y: Array) -> Array:
+        """Distance along the channel, m."""
+        return np.asarray(0.8 * x + 0.6 * y)
+
+
 def cell_means(function: Callable[[Array, Array], Array], lattice: Lattice, number: int = 8) -> Array:
     """Mean of a function of x and y over each cell, from ``number`` squared places in it."""
     shifts = ((np.arange(number) + 0.5) / number - 0.5) * lattice.dx

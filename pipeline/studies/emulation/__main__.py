@@ -2,8 +2,7 @@
 
 It computes the runs of a case, prints its tables in docs/emulation.md and draws its pictures. ``--runs
 PLACE`` keeps the runs there, or takes those that are there; ``--to FOLDER`` gets tables and pictures. The
-valley takes half an hour of processor time, the others five to ten minutes. Case cost measures processor time
-and error of scenarios/valley/levels.yaml beside scenarios/valley/valley.yaml, with the truth of the valley.
+valley takes half an hour of processor time, the others five to ten minutes.
 """
 
 from __future__ import annotations
@@ -16,7 +15,7 @@ import pandas as pd
 
 import pipeline
 from pipeline.store import run_table
-from pipeline.studies.emulation import cost, valley
+from pipeline.studies.emulation import valley
 from pipeline.studies.emulation.cases import CASES, VALLEY, Case
 from pipeline.studies.emulation.pictures import draw
 from pipeline.studies.emulation.thresholds import by_threshold, by_verdict, compared
@@ -36,16 +35,15 @@ def tables(case: Case, place: Path) -> Iterator[tuple[str, pd.DataFrame]]:
 def main(arguments: Sequence[str] | None = None) -> None:
     """Compute the runs, print the tables and draw the pictures."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--case", choices=[*CASES, cost.NAME], default=VALLEY.name)
+    parser.add_argument("--case", choices=list(CASES), default=VALLEY.name)
     parser.add_argument("--runs", type=Path, default=None)
     parser.add_argument("--to", type=Path, default=Path("docs/emulation"))
     given = parser.parse_args(arguments)
-    case = CASES.get(given.case, VALLEY)
+    case = CASES[given.case]
     place = given.runs or Path("results") / f"emulation-{case.name}"
     pipeline.run([case.scenario(spacing) for spacing in case.truth], place)
     given.to.mkdir(parents=True, exist_ok=True)
-    made = cost.tables(place) if given.case == cost.NAME else tables(case, place)
-    for title, table in made:
+    for title, table in tables(case, place):
         text = run_table.markdown(table)
         print(text)
         (given.to / f"{title}.md").write_text(text, encoding="utf-8")
