@@ -19,7 +19,7 @@ from solver.verification.surface_cases import centred
 from solver.verification.surfaces import Basin, Gully
 
 BASIN = Basin(radius=12.0, bank=0.6)
-GULLY = Gully(half_width=6.0, bank=0.6, steep=0.14, gentle=0.05)
+GULLY = Gully(azimuth=float(np.degrees(np.arctan2(3, 4))), half_width=6.0, bank=0.6, steep=0.14, gentle=0.05)
 
 
 class Deposit(NamedTuple):
@@ -48,7 +48,7 @@ def in_gully(spacing: float, end: float = 600.0) -> Deposit:
     """Run a layer of 2.5 m down a gully of 12 m that turns gentler than friction, oblique to the lattice."""
     points = Lattice((-160.0, 240.0), (-144.0, 200.0), spacing)
     x, y = points.coordinates
-    s, n = GULLY.along(x, y), 0.8 * y - 0.6 * x
+    s, n = GULLY.along(x, y), GULLY.across(x, y)
     depth = 2.5 * np.maximum(0.0, 1.0 - ((s + 110.0) / 30.0) ** 4 - (n / 9.0) ** 4)
     law = Voellmy(5.5, 250.0)
     run = simulate(Scene(points, GULLY, depth, 0 * depth, 0 * depth, law), [0.0, end])

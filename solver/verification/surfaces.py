@@ -174,17 +174,8 @@ class Bowl(ClosedForm):
         return (z**2 + x**2) / z**3, x * y / z**3, (z**2 + y**2) / z**3
 
 
-class Creased(ClosedForm):
-    """A surface of planes and cones that meet in creases."""
-
-    def hessian_at(self, x: Array, y: Array) -> tuple[Array, Array, Array]:
-        """Zero: creases turn a flow and do not load it."""
-        nothing = np.zeros(np.broadcast(x, y).shape)
-        return nothing, nothing, nothing
-
-
 @dataclass(frozen=True)
-class Basin(Creased):
+class Basin(ClosedForm):
     """A level floor of ``radius`` m around the origin, within a bank that rises by ``bank`` a metre."""
 
     radius: float
@@ -194,10 +185,15 @@ class Basin(Creased):
         """Elevation at places of one shape, m."""
         return np.asarray(self.bank * np.maximum(0.0, np.hypot(x, y) - self.radius))
 
+    def hessian_at(self, x: Array, y: Array) -> tuple[Array, Array, Array]:
+        """Zero: the crease at the foot of the bank turns a flow and does not load it."""
+        nothing = np.zeros(np.broadcast(x, y).shape)
+        return nothing, nothing, nothing
+
 
 @dataclass(frozen=True)
-class Gully(Creased):
-    """A channel that falls along (4, 3), steeper before the origin than behind it.
+class Gully(Cylindrical):
+    """A channel that falls in a direction, steeper before the origin than behind it, between two banks.
 
     Parameters
     ----------
@@ -212,16 +208,18 @@ class Gully(Creased):
     steep: float
     gentle: float
 
+    def heights(self, s: Array) -> Array:
+        """Elevation of the bottom at s, m."""
+        return np.asarray(-self.steep * np.minimum(s, 0.0) - self.gentle * np.maximum(s, 0.0))
+
+    def bends(self, s: Array) -> Array:
+        """Zero: creases turn a flow and do not load it."""
+        return np.zeros_like(s)
+
     def at(self, x: Array, y: Array) -> Array:
         """Elevation at places of one shape, m."""
-        s, n = self.along(x, y), 0.8 * y - 0.6 * x
-        banks = self.bank * np.maximum(0.0, np.abs(n) - self.half_width)
-        return np.asarray(banks - self.steep * np.minimum(s, 0.0) - self.gentle * np.maximum(s, 0.0))
-
-    @staticmethod
-    def along(x: Array, y: Array) -> Array:
-        """Distance along the channel, m."""
-        return np.asarray(0.8 * x + 0.6 * y)
+        banks = self.bank * np.maximum(0.0, np.abs(self.across(x, y)) - self.half_width)
+        return np.asarray(super().at(x, y) + banks)
 
 
 def cell_means(function: Callable[[Array, Array], Array], lattice: Lattice, number: int = 8) -> Array:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +21,6 @@ TORRENT: dict[str, dict[str, Any]] = {
     "domain": {"x": [2_600_000, 2_601_600], "y": [1_199_800, 1_200_520]},
     "time": {"end": 900, "output_every": 900},
 }
-TORRENT_ASKED = {"depth": [0.25, 0.5, 1], "speed": [1, 3, 8], "pressure": [3, 30]}
 
 
 @dataclass(frozen=True)
@@ -84,25 +83,26 @@ class Case:
 
 
 VALLEY = Case("valley", Path("scenarios/valley/valley.yaml"), {8.0: 4096, 4.0: 1024})
-OTHERS = (
-    Case(
-        "torrent",
-        Path("scenarios/torrent/torrent.yaml"),
-        {12.0: 512},
-        sections=TORRENT,
-        values={
-            "release.volume": {
-                "distribution": "lognormal", "median": 14000, "deviation": 0.5, "lower": 4000, "upper": 40000,
-            },
-            **TORRENT_FRICTION,
+TORRENT_CASE = Case(
+    "torrent",
+    Path("scenarios/torrent/torrent.yaml"),
+    {12.0: 512},
+    sections=TORRENT,
+    values={
+        "release.volume": {
+            "distribution": "lognormal", "median": 14000, "deviation": 0.5, "lower": 4000, "upper": 40000,
         },
-        asked=TORRENT_ASKED,
-        arrival=(60.0, 120.0),
-    ),
-    Case(
-        "words",
-        Path("scenarios/torrent/torrent.yaml"),
-        {12.0: 256},
+        **TORRENT_FRICTION,
+    },
+    asked={"depth": [0.25, 0.5, 1], "speed": [1, 3, 8], "pressure": [3, 30]},
+    arrival=(60.0, 120.0),
+)  # fmt: skip
+OTHERS = (
+    TORRENT_CASE,
+    replace(
+        TORRENT_CASE,
+        name="words",
+        truth={12.0: 256},
         sections={**TORRENT, "material": {"internal_friction": 30}},
         values={
             "release.name": {"distribution": "discrete", "values": ["slide", "niche"], "weights": [2, 1]},
@@ -112,8 +112,6 @@ OTHERS = (
             "release.volume": {"distribution": "discrete", "values": [6000, 12000, 18000, 30000]},
             **TORRENT_FRICTION,
         },
-        asked=TORRENT_ASKED,
-        arrival=(60.0, 120.0),
     ),
     Case(
         "six",
