@@ -16,7 +16,7 @@ from pipeline.batch.checkpoints import EVERY_SECONDS, Checkpoints
 from pipeline.batch.compilation import compile_once, cores, head_start
 from pipeline.batch.failures import AGAIN, Failed, failed, listed, told_again, unfinished, without_runout
 from pipeline.batch.forked_pool import ForkedPool, can_fork, forked_pool
-from pipeline.batch.interrupts import heard
+from pipeline.batch.interrupts import heard, uncut
 from pipeline.batch.limits import UNLIMITED, Limits
 from pipeline.batch.main_module import main_not_imported
 from pipeline.batch.progress import Progress, shown, stages
@@ -272,7 +272,8 @@ def _pool(
     if few:
         return forked_pool(width, solve)
     # takes half a second to load
-    from pipeline.batch.dask_pool import dask_pool
+    with uncut():
+        from pipeline.batch.dask_pool import dask_pool
 
     return dask_pool(width, engine, solve)
 

@@ -18,7 +18,7 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path
 
 from pipeline.batch.compilation import leave_out_blas
-from pipeline.batch.interrupts import deaf
+from pipeline.batch.interrupts import deaf, uncut
 from pipeline.batch.limits import STUCK_EXIT
 from pipeline.batch.scheduling import Died, Finished, Trouble
 from pipeline.batch.task import Job, Solve, perform
@@ -75,7 +75,8 @@ class ForkedPool:
         if not self._busy:
             return None
         # loads pandas, which the end of a batch needs, while the first run computes
-        import pipeline.store.run_table  # noqa: F401
+        with uncut():
+            import pipeline.store.run_table  # noqa: F401
 
         # an interrupt that another thread of this process took is heard between two waits only
         while not (found := wait(list(self._busy), HEARING_SECONDS)):

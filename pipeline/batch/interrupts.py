@@ -64,6 +64,25 @@ def heard(tell: Callable[[str], None]) -> Iterator[Interrupts]:
 
 
 @contextmanager
+def uncut() -> Iterator[None]:
+    """Hear interrupts that come meanwhile afterwards.
+
+    A module whose import is cut into cannot be imported again. Only the main thread is cut into.
+    """
+    if current_thread() is not main_thread():
+        yield
+        return
+    came: list[int] = []
+    before = signal.signal(signal.SIGINT, lambda number, frame: came.append(number))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+        for number in came:
+            signal.raise_signal(number)
+
+
+@contextmanager
 def deaf() -> Iterator[None]:
     """Have threads and processes that are started meanwhile be deaf to Ctrl-C.
 
