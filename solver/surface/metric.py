@@ -52,6 +52,8 @@ class Metric(NamedTuple):
         The slope of depth in the cell's frame is ``(p h_x, r h_x + q h_y)`` with the derivatives in plan.
     falling : array
         Wave rate that gives the longest step from rest, s-1.
+    tilt_x, tilt_y : array
+        Depth that a level surface gains from the middle of a cell to its high edge, along x and y, m.
     drain : array
         1 + number of the side that takes what reaches the cell, 0 for none.
     x_edges, y_edges : EdgeFrames
@@ -69,6 +71,8 @@ class Metric(NamedTuple):
     r: Array
     q: Array
     falling: Array
+    tilt_x: Array
+    tilt_y: Array
     drain: NDArray[np.int8]
     x_edges: EdgeFrames
     y_edges: EdgeFrames
@@ -138,6 +142,8 @@ def metric_of(
         r=_flat(e_2[0]),
         q=_flat(level / w),
         falling=falling,
+        tilt_x=_flat(-0.5 * spacing * w * b_x),
+        tilt_y=_flat(-0.5 * spacing * w * b_y),
         drain=drain.ravel(),
         x_edges=_padded(x_edges, (spacing, 1, 0, 1, 0), shape),
         y_edges=_padded(y_edges, (spacing, 0, 1, 0, 1), shape),

@@ -20,6 +20,7 @@ class Pressure(NamedTuple):
 
     xx, yy, xy : in the frame of the cell. over_x, over_y : on its edges to the next cells along x and y, the
     mean of both. wave_x, wave_y : half the speed of the waves of the states over these edges, m s-1.
+    tilt_x, tilt_y : those of the metric by K over these edges, m.
     """
 
     xx: Array
@@ -29,13 +30,17 @@ class Pressure(NamedTuple):
     over_y: Array
     wave_x: Array
     wave_y: Array
+    tilt_x: Array
+    tilt_y: Array
 
 
 def pressure_of(metric: Metric, coefficient: float) -> Pressure:
     """Make the pressure of what is dry: a coefficient that is the same in every direction."""
     same = coefficient * metric.g_n
     nothing = np.zeros_like(same)
-    return Pressure(same, same.copy(), nothing, same.copy(), same.copy(), nothing.copy(), nothing.copy())
+    tilts = metric.tilt_x * metric.g_n / same, metric.tilt_y * metric.g_n / same
+    waves = nothing.copy(), nothing.copy()
+    return Pressure(same, same.copy(), nothing, same.copy(), same.copy(), *waves, *tilts)
 
 
 @kernel(inline=True)
@@ -44,6 +49,14 @@ def over_edges(pressure: Pressure | None, g_n: Array) -> tuple[Array, Array]:
     if pressure is None:
         return g_n, g_n
     return pressure.over_x, pressure.over_y
+
+
+@kernel(inline=True)
+def tilts_of(pressure: Pressure | None, metric: Metric) -> tuple[Array, Array]:
+    """Depth that a level surface gains from the middle of cells to their high edges along x and y, m."""
+    if pressure is None:
+        return metric.tilt_x, metric.tilt_y
+    return pressure.tilt_x, pressure.tilt_y
 
 
 @kernel(inline=True)
@@ -167,6 +180,8 @@ def choose_along_flow(
         c_n, s_n, c_s, s_s = y.c_low[i], y.s_low[i], y.c_high[s], y.s_high[s]
         pressure.over_x[i] = 0.5 * (on_edge(tensor, c_w, s_w) + on_edge(tensor, c_e, s_e))
         pressure.over_y[i] = 0.5 * (on_edge(tensor, c_s, s_s) + on_edge(tensor, c_n, s_n))
+        pressure.tilt_x[i] = metric.tilt_x[i] * g_n / pressure.over_x[i]
+        pressure.tilt_y[i] = metric.tilt_y[i] * g_n / pressure.over_y[i]
         pressure.wave_x[i] = 0.5 * (
             (abs(c_w) * wave_1 + abs(s_w) * wave_2) + (abs(c_e) * wave_1 + abs(s_e) * wave_2)
         )

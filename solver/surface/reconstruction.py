@@ -11,6 +11,7 @@ from solver.compiled import kernel
 from solver.kernels.limiter import face_state, lead, least_shown, steepness_of
 from solver.kernels.state import FaceValues
 from solver.lattice.reconstruction import steps_to_faces
+from solver.surface.levels import is_level, steps_of_surface, with_level
 from solver.surface.metric import EdgeFrames
 
 
@@ -20,6 +21,7 @@ def edge_values(
     u: Array,
     v: Array,
     beta: Array,
+    tilt: Array,
     edges: EdgeFrames,
     cell: int,
     neighbour: int,
@@ -39,6 +41,8 @@ def edge_values(
         Depth (m) and velocity in the frames of the cells (m s-1).
     beta : flat array
         Pressure on the edges, g_n K, m s-2.
+    tilt : flat array
+        Depth that a level surface gains from the middle of a cell to its high edge, m.
     edges : EdgeFrames
         Of the direction.
     cell, neighbour, count, dry, out, to
@@ -62,20 +66,30 @@ def edge_values(
         back, forth = low_n - behind, ahead - high_n
         mean = 0.5 * (low_n + high_n)
         steepness = steepness_of(mean - back, mean + forth)
-        out.c[o] = math.sqrt(beta[i] * h_i)
+        wave = beta[i] * h_i
+        out.c[o] = math.sqrt(wave)
         h_low, h_high = steps_to_faces(h_i - h_b, h_a - h_i, steepness)
         n_low, n_high = steps_to_faces(back, forth, steepness)
         t_back = low_t - (t_b if h_b > dry else low_t)
         t_forth = (t_a if h_a > dry else high_t) - high_t
         t_low, t_high = steps_to_faces(t_back, t_forth, 2.0)
+        depths = h_b, h_i, h_a
+        tilts = tilt[b], tilt[i], tilt[a]
+        level_low, level_high, surface_back, surface_forth = steps_of_surface(depths, tilts)
+        share = 1.0 - mean * mean / (wave + 1e-300)
+        share = share if (share > 0.0) & is_level(depths, surface_back, surface_forth) else 0.0
+        down, up = steps_to_faces(surface_back, surface_forth, 2.0)
         # what is ahead, in the frame of the edge behind, and what is behind in that of the edge ahead
         led_by = h_a, n_a + (low_n - high_n), beta[a] * h_a
         least = least_shown(h_i, lead(low_n, led_by[1], -1.0), led_by[2])
-        out.h_low[o], out.n_low[o], out.t_low[o] = face_state(
-            (h_i, low_n, low_t), (h_i + h_low, n_low, t_low), h_b, led_by, least, -1.0, dry
+        cell_low, cell_high = (h_i, low_n, low_t), (h_i, high_n, high_t)
+        shown = face_state(cell_low, (h_i + h_low, n_low, t_low), h_b, led_by, least, -1.0, dry)
+        out.h_low[o], out.n_low[o], out.t_low[o] = with_level(
+            shown, cell_low, level_low, down, share, h_b, -1.0, dry
         )
         led_by = h_b, n_b + (high_n - low_n), beta[b] * h_b
         least = least_shown(h_i, lead(high_n, led_by[1], 1.0), led_by[2])
-        out.h_high[o], out.n_high[o], out.t_high[o] = face_state(
-            (h_i, high_n, high_t), (h_i + h_high, n_high, t_high), h_a, led_by, least, 1.0, dry
+        shown = face_state(cell_high, (h_i + h_high, n_high, t_high), h_a, led_by, least, 1.0, dry)
+        out.h_high[o], out.n_high[o], out.t_high[o] = with_level(
+            shown, cell_high, level_high, up, share, h_a, 1.0, dry
         )

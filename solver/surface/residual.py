@@ -26,7 +26,7 @@ from solver.lattice.spans import hull
 from solver.lattice.walls import close_x, close_y
 from solver.surface.arrays import SurfaceArrays
 from solver.surface.metric import EdgeFrames, Metric
-from solver.surface.pressure import Pressure, over_edges, pushed
+from solver.surface.pressure import Pressure, over_edges, pushed, tilts_of
 from solver.surface.reconstruction import edge_values
 from solver.surface.walls import edges_beside
 
@@ -234,6 +234,7 @@ def stage(
     static, metric, material, grid = arrays.static, arrays.metric, arrays.material, arrays.grid
     pressure = arrays.pressure
     beta_x, beta_y = over_edges(pressure, metric.g_n)
+    tilt_x, tilt_y = tilts_of(pressure, metric)
     spans, walls, m, dry = arrays.spans.stepped, arrays.walls, grid.stride, material.dry
     inflows, sections = arrays.inflows, arrays.sections
     comes_in, measured = len(inflows.cell) > 0, len(sections.volume) > 0
@@ -247,8 +248,9 @@ def stage(
         ring, below = (j % RING) * room, ((j - 1) % RING) * room
         for k in range(j if j < first else j + 1, j + 2):
             a, b = hull(spans, k - 1, k + 1)
-            edge_values(h, u, v, beta_y, y, k * m + a, m, whole(b - a), dry, across, (k % 2) * room + a)
-            edges_beside(now, walls, beta_y, y, k, m, m, dry, across, (k % 2) * room)
+            to = (k % 2) * room + a
+            edge_values(h, u, v, beta_y, tilt_y, y, k * m + a, m, whole(b - a), dry, across, to)
+            edges_beside(now, walls, beta_y, tilt_y, y, k, m, m, dry, across, (k % 2) * room)
         a, b = hull(spans, j, j + 1)
         one, two = (j % 2) * room + a, ((j + 1) % 2) * room + a
         hll(across, one, across, two, static, j * m + a, m, whole(b - a), dry, y_fluxes, ring + a)
@@ -258,8 +260,8 @@ def stage(
         a, b = spans[0, j], spans[1, j]
         if a < b:
             cell = j * m + a - 1
-            edge_values(h, u, v, beta_x, x, cell, ONE, whole(b - a + 2), dry, along, a - 1)
-            edges_beside(now, walls, beta_x, x, j, m, ONE, dry, along, 0)
+            edge_values(h, u, v, beta_x, tilt_x, x, cell, ONE, whole(b - a + 2), dry, along, a - 1)
+            edges_beside(now, walls, beta_x, tilt_x, x, j, m, ONE, dry, along, 0)
             hll(along, a - 1, along, a, static, cell, ONE, whole(b - a + 1), dry, x_fluxes, ring + a)
             close_x(walls, j, m, along, x_fluxes, ring)
             lengthen(x_fluxes, ring + a, x.length, cell, b - a + 1)

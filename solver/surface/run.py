@@ -111,7 +111,7 @@ class SurfaceRun(LatticeRun):
             self.pressure = pressure_of(self.metric, at_rest(self.material)[0])
         super()._make(window)
         if self.walls is not None:
-            set_walls(self.walls, self.metric, self.grid.stride, d, scene.least_coefficient)
+            set_walls(self.walls, self.metric, self.pressure, self.grid.stride, d, scene.least_coefficient)
 
     def _corners_of(self, x: Array, y: Array, rows: Indices, columns: Indices) -> Array:
         """Elevation of the corners of a window, m: on the lattice that which volumes are counted by."""

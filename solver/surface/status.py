@@ -11,8 +11,9 @@ from solver.kernels.runge_kutta import less_moving
 from solver.kernels.state import BELOW_YIELD, DRY, GHOSTS, Fields, Grid, Material
 from solver.lattice.spans import Spans, trim
 from solver.physics.resistance import Uniform
+from solver.surface.levels import slopes_by_level
 from solver.surface.metric import Metric
-from solver.surface.pressure import Pressure, pushed, set_pressure, waves_over_edges
+from solver.surface.pressure import Pressure, pushed, set_pressure, tilts_of, waves_over_edges
 
 
 @kernel(inline=True)
@@ -110,6 +111,43 @@ def classify_row(
 
 
 @kernel()
+def hold_by_level(
+    now: Fields,
+    static: Array,
+    pressure: Pressure | None,
+    metric: Metric,
+    material: Material,
+    grid: Grid,
+    cell: int,
+    count: int,
+) -> None:
+    """Hold those cells of a run, too, that friction holds by the slopes of their surface (S14)."""
+    h, u, v = now
+    tilt_x, tilt_y = tilts_of(pressure, metric)
+    m, over = grid.stride, 1.0 / grid.dx
+    for i in range(cell, cell + count):
+        if static[i] != 0.0 or u[i] != 0.0 or v[i] != 0.0:
+            continue
+        law = law_at(material.law, i)
+        slope = metric.p[i], metric.r[i], metric.q[i]
+        gravity = metric.g_1[i], metric.g_2[i], metric.g_n[i]
+        back_x, forth_x = slopes_by_level(h, tilt_x, i, 1, over)
+        back_y, forth_y = slopes_by_level(h, tilt_y, i, m, over)
+        h_w, h_e = 0.5 * (h[i] + h[i - 1]), 0.5 * (h[i] + h[i + 1])
+        h_s, h_n = 0.5 * (h[i] + h[i - m]), 0.5 * (h[i] + h[i + m])
+        mean_x = mean_drive(law, back_x, forth_x, h_w, h_e, h[i])
+        mean_y = mean_drive(law, back_y, forth_y, h_s, h_n, h[i])
+        about = slope, gravity, law, pressure, i
+        if (
+            rests(back_x, mean_y, h_w, *about)
+            and rests(forth_x, mean_y, h_e, *about)
+            and rests(mean_x, back_y, h_s, *about)
+            and rests(mean_x, forth_y, h_n, *about)
+        ):
+            static[i] = BELOW_YIELD
+
+
+@kernel()
 def classify_surface(
     now: Fields,
     static: Array,
@@ -135,6 +173,7 @@ def classify_surface(
             continue
         about = metric, material, grid, spans.rate
         classify_row(now, static, pressure, *about, j * m + lo, lo, hi - lo)
+        hold_by_level(now, static, pressure, metric, material, grid, j * m + lo, hi - lo)
         trim(spans, j, now.h, static, material.dry, j * m)
     fastest = 0.0
     for c in range(m):

@@ -20,14 +20,17 @@ reconstruct = kernel(as_source=True, cached=False)(edge_values.py_func)
 classify_cell = kernel(as_source=True, cached=False)(classify_row.py_func)
 
 
-def set_walls(walls: Walls, metric: Metric, stride: int, spacing: float, tangent: float) -> None:
+def set_walls(
+    walls: Walls, metric: Metric, pressure: Pressure | None, stride: int, spacing: float, tangent: float
+) -> None:
     """Fill ``lean``, and give the far sides of edges at buildings the frame of the edge itself.
 
-    There an image is written as its velocity along and across the edge.
+    There an image is written as its velocity along and across the edge. What stands for a building has no
+    tilt: a level surface goes as far as the wall.
 
     Parameters
     ----------
-    walls, metric
+    walls, metric, pressure
         Changed in place.
     stride, spacing
         Length of a padded row, and side of a cell in plan, m.
@@ -36,12 +39,13 @@ def set_walls(walls: Walls, metric: Metric, stride: int, spacing: float, tangent
     """
     x, y, i = metric.x_edges, metric.y_edges, walls.cell
     sides = (
-        (WEST, -1.0, (x.c_high, x.s_high, i - 1), (x.c_low, x.s_low)),
-        (EAST, 1.0, (x.c_low, x.s_low, i), (x.c_high, x.s_high)),
-        (SOUTH, -1.0, (y.c_high, y.s_high, i - stride), (y.c_low, y.s_low)),
-        (NORTH, 1.0, (y.c_low, y.s_low, i), (y.c_high, y.s_high)),
+        (WEST, -1.0, (x.c_high, x.s_high, i - 1), (x.c_low, x.s_low), i - 1),
+        (EAST, 1.0, (x.c_low, x.s_low, i), (x.c_high, x.s_high), i + 1),
+        (SOUTH, -1.0, (y.c_high, y.s_high, i - stride), (y.c_low, y.s_low), i - stride),
+        (NORTH, 1.0, (y.c_low, y.s_low, i), (y.c_high, y.s_high), i + stride),
     )
-    for side, outward, (c, s, edge), (far_c, far_s) in sides:
+    tilts = [metric.tilt_x, metric.tilt_y, *(() if pressure is None else (pressure.tilt_x, pressure.tilt_y))]
+    for side, outward, (c, s, edge), (far_c, far_s), beyond in sides:
         pull = outward * (c[edge] * metric.g_1[i] + s[edge] * metric.g_2[i])
         over = np.sign(pull) * np.maximum(0.0, np.abs(pull) - metric.g_n[i] * tangent)
         # the slope of depth along the bed that a slope in plan is
@@ -49,6 +53,8 @@ def set_walls(walls: Walls, metric: Metric, stride: int, spacing: float, tangent
         walls.lean[:, side] = over * spacing / steepness
         at = edge[walls.blocked[:, side]]
         far_c[at], far_s[at] = 1.0, 0.0
+        for tilt in tilts:
+            tilt[beyond[walls.blocked[:, side]]] = 0.0
 
 
 @kernel()
@@ -84,8 +90,8 @@ def mirror_at_edges(now: Fields, walls: Walls, beta: Array, edges: EdgeFrames, n
 
 @kernel()
 def edges_beside(
-    now: Fields, walls: Walls | None, beta: Array, edges: EdgeFrames, row: int, stride: int, step: int,
-    dry: float, out: FaceValues, to: int,
+    now: Fields, walls: Walls | None, beta: Array, tilt: Array, edges: EdgeFrames, row: int, stride: int,
+    step: int, dry: float, out: FaceValues, to: int,
 ) -> None:  # fmt: skip
     """Reconstruct the cells of a row that are beside buildings along one direction, with their images.
 
@@ -104,7 +110,7 @@ def edges_beside(
             i = walls.cell[n]
             mirror_at_edges(now, walls, beta, edges, n, step)
             h, u, v = walls.images
-            reconstruct(h, u, v, beta, edges, i, step, ONE, dry, out, to + i - row * stride)
+            reconstruct(h, u, v, beta, tilt, edges, i, step, ONE, dry, out, to + i - row * stride)
 
 
 @kernel()
