@@ -69,6 +69,7 @@ SLOW_MODULES = (
     *("pipeline.studies.scale", "pipeline.studies.collocation_scan", "pipeline.studies.stability"),
     *("solver.verification.exact_cases", "solver.verification.surface_cases"),
     *("solver.verification.wall_cases", "solver.verification.deflection_cases"),
+    *("solver.verification.inflow_cases", "solver.verification.bank_cases"),
     *("pipeline.studies.convergence", "pipeline.studies.torrent_terrain", "pipeline.studies.emulation"),
     *("solver.verification.erosion_cases", "pipeline.studies.peers", "pipeline.studies.large_terrain"),
     *("pipeline.studies.gallery", "pipeline.studies.pages"),

@@ -359,7 +359,11 @@ def admit(
         inflows.before[0, e], inflows.before[1, e] = fluxes.mass[at], fluxes.normal[at]
         inflows.before[2, e], inflows.before[3, e] = fluxes.tangential[at], fluxes.pressure[at]
         mass, depth, speed = inflows.mass[e], inflows.depth[e], inflows.speed[e]
-        if inflows.flowing[inflows.section[e]] > 0.0 and mass > 0.0:
+        flowing = inflows.flowing[inflows.section[e]] > 0.0
+        if flowing and mass <= 0.0 and fluxes.mass[at] == 0.0:
+            # nothing comes in so high up, and what is closed to backflow is a wall on both sides
+            fluxes.pressure[at] = 0.5 * h * h * inflows.edge[e]
+        if flowing and mass > 0.0:
             beta = beta_x if side <= HIGH_X else beta_y
             along = abs(inflows.along[e])
             inside = inflows.sign[e] * (inflows.own[0, e] * u + inflows.own[1, e] * v)

@@ -69,6 +69,19 @@ def test_slow_inflow_meets_the_invariant_from_inside():
     assert inflow_depth(1e-3, -100.0, 0.1, beta) < 20
 
 
+def test_what_lies_above_a_section_does_not_push_thin_cells_below_it_where_nothing_comes_in():
+    layer, film = down_valley(), np.zeros((40, 40))
+    x, y = layer.points.coordinates
+    # high up on one bank, held by friction
+    film[(x < 10) & (y > 12) & (y < 24)] = 1.0
+    film[(x > 10) & (x < 13) & (y > 14) & (y < 22)] = 2e-3
+    section = solver.Inflow("wide", ((10, 10), (10, 68)), RISE, froude=1.0)
+    run = solver.simulate(replace(layer, depth=film, friction=solver.Coulomb(40), inflows=(section,)), [1.0])
+    above = y < 24
+    assert np.hypot(run.velocity_x[0], run.velocity_y[0])[above].max() < 1.0
+    assert run.depth[0][~above].max() > 0.1
+
+
 @pytest.mark.parametrize(
     "scene", [down_valley(), fed(15, VOELLMY, 0, length=40, hydrograph=RISE, depth="normal")]
 )
