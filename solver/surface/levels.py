@@ -36,7 +36,7 @@ def level_at_edge(h: float, tilt: float) -> float:
 def steps_of_surface(
     h: tuple[float, float, float], tilt: tuple[float, float, float]
 ) -> tuple[float, float, float, float]:
-    """Depths of a cell at its low and high edge if its surface is level, and the steps of it to the next cells.
+    """Depths at both edges of a cell with a level surface, and the steps of it to the next cells.
 
     Parameters
     ----------
