@@ -149,10 +149,3 @@ def test_a_scene_without_sections_is_stepped_as_it_was():
     results = [solver.simulate(scene, [0, 5]) for scene in (bare, measured)]
     assert np.array_equal(results[0].depth, results[1].depth)
     assert results[1].sections.volume[0, 5] > 0
-
-
-def test_a_section_of_an_elevation_model_takes_a_lattice():
-    x = np.arange(12) * 2.0
-    model = solver.ElevationModel(x, x, 50 - 0.3 * np.broadcast_to(x, (12, 12)))
-    with pytest.raises(ValueError, match="expected a lattice with a section on an elevation model"):
-        entrance(wide(CLOUD).inflows[0], CLOUD, model, VOELLMY, 9.81)
