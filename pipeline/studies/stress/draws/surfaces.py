@@ -162,7 +162,7 @@ def draw_surface_scene(rng: Generator, name: str) -> tuple[Data, Files, dict[str
     data["output"] = {"fields": ["depth", "deposit_depth", "max_depth", "max_speed"]}
     # drawn last: all else of the scene is what it would be on a lattice
     layout = "surface"
-    if "inflow" not in data and not any(each["kind"] == "building" for each in structures):
+    if not any(each["kind"] == "building" for each in structures):
         layout = _layout(rng, data, spacing)
     labels = {
         "points": layout,
