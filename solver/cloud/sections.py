@@ -177,7 +177,9 @@ def open_blocks(inflows: Inflows, static: Array, moving: Array) -> None:
     """
     for e in range(len(inflows.cell)):
         if inflows.opened[inflows.section[e]] > 0.0:
-            static[inflows.cell[e]] = 0.0
+            # below a face that nothing comes in through cells are what they are
+            if inflows.mass[e] > 0.0:
+                static[inflows.cell[e]] = 0.0
             moving[inflows.cell[e] // LANES] = 1
 
 

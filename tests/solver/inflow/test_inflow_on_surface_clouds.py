@@ -332,3 +332,15 @@ def test_at_a_side_flow_goes_inward_though_the_bed_rises():
     assert result.depth[1][CLOUD.points[:, 0] > 35].max() > 0.1
     assert result.ledger.inflow == pytest.approx(100, rel=1e-13)
     assert abs(result.ledger.error) < 1e-13
+
+
+def test_a_dry_cell_below_a_face_that_nothing_comes_in_through_stays_dry_to_the_last_bit():
+    x, y = IN_VALLEY.points.T
+    heap = np.where(np.hypot(x - 14, y - 50) < 8, 1.5, 0.0)
+    section = Inflow("wide", ((10, 10), (10, 68)), RISE, froude=1.0)
+    scene = down_valley(depth=heap, friction=solver.Coulomb(5.0), inflows=(section,))
+    run = begin(scene, 20.0, 0.0, True)
+    for steps in range(1, 100):
+        run.advance(20.0, steps)
+        assert run.state[0].min() >= 0.0
+    assert run.come_in > 10

@@ -164,6 +164,10 @@ def draw_surface_scene(rng: Generator, name: str) -> tuple[Data, Files, dict[str
     layout = "surface"
     if not any(each["kind"] == "building" for each in structures):
         layout = _layout(rng, data, spacing)
+        if layout != "surface" and "inflow" in data:
+            # cells of a lattice lie half out of its domain
+            bounds = np.transpose([data["domain"]["x"], data["domain"]["y"]])
+            data["inflow"][0]["section"] = np.clip(data["inflow"][0]["section"], *bounds).tolist()
     labels = {
         "points": layout,
         "profile": f"surface: {ground}",
