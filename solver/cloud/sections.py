@@ -112,7 +112,7 @@ def doors_of(
 
 
 def _normals_below(faces: Faces, far: Array, face: Indices, sign: Indices) -> Array:
-    """Normals of faces in the frames of the cells that flow comes into, (2, n)."""
+    """Give the normals of faces in the frames of the cells that flow comes into, (2, n)."""
     return np.where(sign > 0, far[:2, face], faces.geometry[:2, face])
 
 

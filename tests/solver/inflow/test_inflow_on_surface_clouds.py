@@ -27,7 +27,7 @@ IN_VALLEY = random_points((0, 78), (0, 78), 1521, 5)
 
 
 def valley(*, gaps=False):
-    """A channel of V shape along y = 39 that falls by 15 degrees along x, perhaps with no data on one bank."""
+    """A channel of V shape along y = 39 that falls by 15 degrees along x, or one with gaps on a bank."""
     x = np.arange(40) * 2.0
     z = 100 - np.tan(np.radians(15)) * x + 0.2 * np.abs(x - x.mean())[:, None]
     if gaps:
@@ -117,7 +117,7 @@ def test_on_level_ground_it_is_the_cloud_of_a_profile():
 
 
 def test_on_a_plane_it_is_nearly_the_cloud_of_a_profile():
-    """Cells of a lattice have the same faces on both; gradients are fitted in plan, where cells are narrow."""
+    """Cells of a lattice have the same faces on both. Gradients are fitted in plan, where they are narrow."""
     slope = 15.0
     short = np.cos(np.radians(slope))
     x, y = np.meshgrid(np.arange(0.5, 40), np.arange(-9.5, 10))
