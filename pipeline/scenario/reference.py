@@ -40,7 +40,8 @@ Files are found relative to the scenario file; their content is part of the scen
 may be in any reference system. Where spacings agree the points are the centres of the elevation model's
 cells, the domain being moved on to them. It takes a lattice, or points of layout `poisson-disc` or `graded`
 with a spacing, the weighted-residual form, earth pressure `isotropic` or `mohr-coulomb-flow`, and open
-sides. `terrain.elevation`, its curvature length, the polygons and their depth or volume may be varied; all runs lie on the cells of the scenario's own elevation model.
+sides. `terrain.elevation`, its curvature length, the polygons and their depth or volume may be varied; all
+runs lie on the cells of the scenario's own elevation model.
 Attributes of polygons are used where the scenario says nothing else: `name`, `depth`, `volume`, and
 `return_period` with `return_periods: polygons`. Without a `domain` only the part of the raster is read that
 the flow comes to.
