@@ -8,8 +8,9 @@ from checkpoints import with_and_without_a_restart
 
 import solver
 from solver.forms import begin
+from solver.inflow.clouds import frame_of_bounds
 from solver.inflow.conditions import Inflow, Section
-from solver.inflow.entrance import entrance
+from solver.inflow.entrance import check_on_cloud, entrance
 from solver.kernels.sections.inflow import fill_section
 from solver.physics.earth_pressure import MohrCoulombFlow
 from solver.physics.erosion import ErodibleBed, GrowthRate
@@ -312,6 +313,11 @@ def test_nothing_comes_into_cells_without_data():
     lost = Inflow("lost", ((16, 46), (16, 60)), RISE, froude=1.0)
     with pytest.raises(ValueError, match="found one that nothing comes in from"):
         entrance(lost, IN_VALLEY, scene.terrain, VOELLMY, scene.gravity)
+    # before the points are placed too
+    frame = frame_of_bounds(IN_VALLEY.x, IN_VALLEY.y, 2.0, 2.0)
+    with pytest.raises(ValueError, match="found one that nothing comes in from"):
+        check_on_cloud(lost, frame, scene.terrain, VOELLMY, scene.gravity)
+    check_on_cloud(section, frame, scene.terrain, VOELLMY, scene.gravity)
 
 
 @pytest.mark.parametrize(("line", "way"), [(((10, -2), (10, 2)), (1, 0)), (((10, 2), (10, -2)), (-1, 0))])
