@@ -124,8 +124,7 @@ class Scene:
     inflows : tuple of Inflow
         Hydrographs through sections.
     sections : tuple of Section
-        Where discharge is measured. Inflows and sections take the weighted-residual form; on an elevation
-        model, on a lattice.
+        Where discharge is measured. Inflows and sections take the weighted-residual form.
     section_times : sequence of float
         Times of the samples of discharge, s, increasing.
     """

@@ -196,7 +196,7 @@ class _Judge:
     def _sections(self, settings: Settings, terrain: SlopeProfile | ElevationModel) -> list[Problem]:
         """List what is wrong with where inflows and sections are."""
         built = None
-        if settings.structures:
+        if any(each.kind == "building" for each in settings.structures):
             outlines = None if self.map_files.held is None else self.map_files.held.outlines
             built = structures.buildings(settings, solver_objects.points(settings), outlines)
         return [

@@ -38,9 +38,10 @@ receptors: buildings.gpkg
 
 Files are found relative to the scenario file; their content is part of the scenario. Polygons and receptors
 may be in any reference system. Where spacings agree the points are the centres of the elevation model's
-cells, the domain being moved on to them. It takes a lattice, the weighted-residual form, earth pressure
-`isotropic` or `mohr-coulomb-flow`, and open sides. `terrain.elevation`, its curvature length, the polygons
-and their depth or volume may be varied; all runs lie on the cells of the scenario's own elevation model.
+cells, the domain being moved on to them. It takes a lattice, or points of layout `poisson-disc` or `graded`
+with a spacing, the weighted-residual form, earth pressure `isotropic` or `mohr-coulomb-flow`, and open
+sides. `terrain.elevation`, its curvature length, the polygons and their depth or volume may be varied; all
+runs lie on the cells of the scenario's own elevation model.
 Attributes of polygons are used where the scenario says nothing else: `name`, `depth`, `volume`, and
 `return_period` with `return_periods: polygons`. Without a `domain` only the part of the raster is read that
 the flow comes to.
@@ -70,8 +71,7 @@ sweep: {structures.1.height: [0, 3, 5]}
 ```
 
 What comes in through a section, and where discharge is measured, are lists. `release` may be left out beside
-`inflow`. Both take the weighted-residual form, on an elevation model a lattice, and on a slope profile a
-`domain`:
+`inflow`. Both take the weighted-residual form, any layout of points, and on a slope profile a `domain`:
 
 ```yaml
 inflow:

@@ -234,14 +234,8 @@ def misplaced(
             continue
         try:
             if lattice is None:
-                assert not isinstance(terrain, Surface)
-                check_on_cloud(
-                    each,
-                    frame_of_bounds(*bounds, _mean_spacing(settings)),
-                    terrain,
-                    friction,
-                    settings.gravity,
-                )
+                frame = frame_of_bounds(*bounds, _mean_spacing(settings), _closest_spacing(settings))
+                check_on_cloud(each, frame, terrain, friction, settings.gravity)
                 continue
             found = entrance(each, lattice, terrain, friction, settings.gravity)
         except ValueError as error:
@@ -269,6 +263,12 @@ def _mean_spacing(settings: Settings) -> float:
     (x0, x1), (y0, y1) = extent(settings)
     count = getattr(settings.points, "count", None)
     return float(np.sqrt((x1 - x0) * (y1 - y0) / count)) if count else 0.0
+
+
+def _closest_spacing(settings: Settings) -> float:
+    """Spacing of a cloud where its points are refined, as they are at most sections, m."""
+    given = settings.points
+    return given.closest if isinstance(given, points_settings.GradedPoints) else _mean_spacing(settings)
 
 
 def _off(line: Line, extent: tuple[tuple[float, float], tuple[float, float]], slack: float) -> str:

@@ -8,7 +8,6 @@ from pydantic import Discriminator, Field, Tag, model_validator
 from pydantic_core import PydanticCustomError
 
 from pipeline.settings.generated import Generated, section_of, union_of
-from pipeline.settings.points import LatticePoints
 from pipeline.settings.section import Pair, Positive, Section, key, relation
 from solver.inflow.hydrograph import Triangle as TriangleOfVolume
 from solver.scheme import Collocation
@@ -116,10 +115,6 @@ def unfit(settings: Settings) -> PydanticCustomError | None:
         listed = getattr(settings, name)
         if not listed:
             continue
-        if settings.on_surface and not isinstance(settings.points, LatticePoints):
-            found = settings.points.layout
-            message = f"expected layout lattice with {name} on an elevation model, found {found}"
-            return relation(message, "points.layout", name)
         if settings.scheme.source is Collocation:
             return relation(
                 f"expected form weighted-residual with {name}, found collocation", "scheme.form", name

@@ -33,6 +33,8 @@ from solver.kernels.limiter import EMPTIED, afforded
 from solver.kernels.source_terms import acting_share, update_cell
 from solver.kernels.state import BELOW_YIELD, LANES, NO_SLIP, WALL, CloudBed, Fields, Material, Sides, Status
 
+# What holds less gives nothing: a share of it is lost in what keeps quotients finite, m3.
+NOTHING = 1e-280
 # Blocks taken at a time, so that their fluxes are still at hand when their cells are updated.
 SEGMENT = 64
 
@@ -151,6 +153,8 @@ def limit_outflow(
                 if q == half:
                     out_x, out_y = push[0, side] - halves[1, q], push[1, side] - halves[2, q]
             mass, out_x, out_y = afforded((mass, out_x, out_y), lost, now.u[i], now.v[i])
+            if now.h[i] * area[i] < NOTHING:
+                mass = out_x = out_y = 0.0
             # what leaves this cell is what comes to the other
             for side in range(2):
                 q = f + side * n
@@ -301,11 +305,11 @@ def cloud_stage(
     if limited:
         for r in range(activity.counts[0]):
             limit_outflow(now, status, faces, area, runs[r, 0], runs[r, 1], dt, buffers)
-    if len(doors.face) > 0:
-        limited = True
-        for e in range(len(doors.face)):
-            if inflows.opened[inflows.section[e]] > 0.0:
-                buffers.limited[inflows.cell[e] // LANES] = 1.0
+    for e in range(len(doors.face)):
+        # such cells are stepped; of others what is at hand is of steps before
+        if inflows.flowing[inflows.section[e]] > 0.0:
+            limited = True
+            buffers.limited[inflows.cell[e] // LANES] = 1.0
     if limited:
         for block in range(len(buffers.limited)):
             if buffers.limited[block] > 0.0:

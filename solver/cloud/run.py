@@ -104,8 +104,9 @@ class CloudRun(Run):
         self.rest_volume = scene.scheme.rest_share * (self.volume + to_come)
         self.doors = no_doors()
         if self.entrances:
-            about = operators.tables.gradient, operators.cloud.points, self.bed.normal, self.tables.widths
-            self.inflows, self.doors = doors_of(self.entrances, faces, *about)
+            tables = self.tables
+            about = tables.faces, tables.gradient, operators.cloud.points, self.bed, tables.widths
+            self.inflows, self.doors = doors_of(self.entrances, *about)
         gauges = [each for each in self.gauges if isinstance(each, PlacedOnCloud)]
         if gauges:
             self.sections = sections_of(gauges, np.asarray(scene.section_times, dtype=np.float64), faces)

@@ -9,7 +9,7 @@ import numpy as np
 
 from solver.arrays import Array, Indices
 from solver.cloud.blocks import Activity
-from solver.cloud.faces import Faces
+from solver.cloud.faces import Faces, own_normals
 from solver.cloud.fluxes import CloudBuffers
 from solver.cloud.reconstruction import Gradient
 from solver.compiled import kernel
@@ -19,7 +19,7 @@ from solver.inflow.hydrograph_kernels import graphs_of
 from solver.kernels.flow_axes import normal_pressure, sheared
 from solver.kernels.sections.inflow import Inflows, state_in_door
 from solver.kernels.sections.measured import Sections, begun
-from solver.kernels.state import BELOW_YIELD, LANES, Fields, Status
+from solver.kernels.state import BELOW_YIELD, LANES, CloudBed, Fields, Status
 
 
 class Doors(NamedTuple):
@@ -47,7 +47,7 @@ def doors_of(
     faces: Faces,
     gradient: Gradient,
     places: Array,
-    normal: Array,
+    bed: CloudBed,
     widths: Array,
 ) -> tuple[Inflows, Doors]:
     """Give inflows to the kernels.
@@ -58,8 +58,8 @@ def doors_of(
         On the cloud of these faces and supports.
     places : array
         Of the points, (n, 2), m.
-    normal : array
-        g cos(xi) of the cells, m s-2.
+    bed : CloudBed
+        Of the cells, whose frames are those of these faces.
     widths : array
         From `solver.cloud.status.widths_of`.
     """
@@ -74,8 +74,8 @@ def doors_of(
         np.concatenate([getattr(each, name) for each in placed])[order] for name in ("width", "bottom")
     )
     slant = np.array([each.slant for each in entrances])[section]
-    own = faces.geometry[:2, face]
-    x, y = np.array([each.direction for each in placed])[section].T
+    own = faces.geometry[:2, face] if faces.far is None else _normals_below(faces, faces.far, face, sign)
+    x, y = _on_bed(np.array([each.direction for each in placed])[section].T, bed, cell)
     along, across = own[0] * x + own[1] * y, own[0] * y - own[1] * x
     # the rate of the waves that leave a cell, as `set_status` has it, in what `await_inflow` makes of it
     w_x, w_y, around = widths[:3, cell]
@@ -98,7 +98,7 @@ def doors_of(
         bottom=bottom,
         slant=slant,
         edge=faces.geometry[6, face],
-        beta=normal[cell],
+        beta=bed.normal[cell],
         rate=np.stack([rate, rate]),
         mass=np.zeros(n),
         depth=np.zeros(n),
@@ -109,6 +109,20 @@ def doors_of(
     above = np.where(sign > 0, faces.left[face], faces.right[face]).astype(np.int64)
     parted, neighbour = _parted(placed, gradient, places)
     return inflows, Doors(face, above, parted, neighbour)
+
+
+def _normals_below(faces: Faces, far: Array, face: Indices, sign: Indices) -> Array:
+    """Give the normals of faces in the frames of the cells that flow comes into, (2, n)."""
+    return np.where(sign > 0, far[:2, face], faces.geometry[:2, face])
+
+
+def _on_bed(way: Array, bed: CloudBed, cell: Indices) -> Array:
+    """Turn directions in plan, (2, n), into the unit vectors on the bed above them, in frames of cells."""
+    if bed.lift is None:
+        return way
+    p, r, q = bed.lift.p[cell], bed.lift.r[cell], bed.lift.q[cell]
+    over = np.stack([(way[0] - r * (way[1] / q)) / p, way[1] / q])
+    return np.asarray(over / np.hypot(*over))
 
 
 def _parted(placed: Sequence[PlacedOnCloud], gradient: Gradient, places: Array) -> tuple[Indices, Indices]:
@@ -163,7 +177,9 @@ def open_blocks(inflows: Inflows, static: Array, moving: Array) -> None:
     """
     for e in range(len(inflows.cell)):
         if inflows.opened[inflows.section[e]] > 0.0:
-            static[inflows.cell[e]] = 0.0
+            # below a face that nothing comes in through cells are what they are
+            if inflows.mass[e] > 0.0:
+                static[inflows.cell[e]] = 0.0
             moving[inflows.cell[e] // LANES] = 1
 
 
@@ -195,7 +211,9 @@ def push_on(status: Status, faces: Faces, f: int, cell: int) -> tuple[float, flo
     """Length times normal of a face times the pressure of a cell there, m2 s-2; 0 for one below yield."""
     if status.static[cell] == BELOW_YIELD:
         return 0.0, 0.0
-    l_x, l_y = faces.geometry[6, f] * faces.geometry[0, f], faces.geometry[6, f] * faces.geometry[1, f]
+    left, right = own_normals(faces.far, f, faces.geometry[0, f], faces.geometry[1, f])
+    n_x, n_y = left if cell == faces.left[f] else right
+    l_x, l_y = faces.geometry[6, f] * n_x, faces.geometry[6, f] * n_y
     x, y = sheared(status.beta_xy, cell, l_x, l_y)
     return l_x * status.beta_x[cell] + x, l_y * status.beta_y[cell] + y
 
@@ -251,9 +269,17 @@ def admit_into(
     gain = buffers.gain
     for e in range(inflows.first[block], inflows.first[block + 1]):
         mass, depth, speed = inflows.mass[e], inflows.depth[e], inflows.speed[e]
-        if inflows.flowing[inflows.section[e]] <= 0.0 or mass <= 0.0:
+        if inflows.flowing[inflows.section[e]] <= 0.0:
             continue
         i, f, sign = inflows.cell[e], doors.face[e], inflows.sign[e]
+        if mass <= 0.0:
+            if buffers.halves[0, f] == 0.0:
+                # nothing comes in so high up, and what is closed to backflow is a wall on both sides
+                x, y = push_on(status, faces, f, i)
+                more = sign * (0.5 * now.h[i] * now.h[i] - buffers.pressed[f])
+                gain[1, i] += more * x
+                gain[2, i] += more * y
+            continue
         n_x, n_y, along, across = inflows.own[0, e], inflows.own[1, e], inflows.along[e], inflows.across[e]
         beta = normal_pressure(status.beta_xy, i, status.beta_x[i], status.beta_y[i], n_x, n_y)
         inside = sign * (n_x * now.u[i] + n_y * now.v[i])

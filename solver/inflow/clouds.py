@@ -11,13 +11,14 @@ from numpy.typing import NDArray
 
 from solver.arrays import Array, Indices
 from solver.inflow.conditions import Line
-from solver.inflow.placement import Frame, Point, heading
+from solver.inflow.placement import Frame, Point, along_line, heading, nearest_on
 from solver.physics.elevation import Surface
 from solver.physics.terrain import Terrain
 
 if TYPE_CHECKING:
     # compiled code takes longer to import than a scenario to check
     from solver.points.cloud import PointCloud
+    from solver.points.voronoi import ControlVolumes
 
 # Of a cell: what is this near to a point is above it.
 _NEARLY = 1e-6
@@ -85,9 +86,13 @@ class PlacedOnCloud:
         return bool(cells[self.downstream[self.downstream >= 0]].any())
 
 
-def frame_of_bounds(x: Point, y: Point, spacing: float) -> Frame:
-    """Give the frame of a cloud in bounds, m: what is half its mean spacing from a side is along it."""
-    return Frame((x, y), (0.5 * spacing, 0.5 * spacing), min(x[1] - x[0], y[1] - y[0]) / _PLACES)
+def frame_of_bounds(x: Point, y: Point, spacing: float, strip: float) -> Frame:
+    """Give the frame of a cloud in bounds, m: what is half its mean spacing from a side is along it.
+
+    Surfaces are looked at on a strip along a line that is as wide as its cells there, m.
+    """
+    reach, between = 0.5 * spacing, min(x[1] - x[0], y[1] - y[0]) / _PLACES
+    return Frame((x, y), (reach, reach), between, strip=strip)
 
 
 def place_on_cloud(
@@ -99,14 +104,19 @@ def place_on_cloud(
     dual edges are those that it crosses, so that the faces of a straight line lead from end to end. Its ends
     reach half a cell farther, so that each cell that it touches belongs to it.
 
+    On a surface the bed at a face is the mean elevation of the piece of the line beside it.
+
     Raises
     ------
     ValueError
         If the line lies outside, has no length, or parts no cells.
     """
-    frame = frame_of_bounds(cloud.x, cloud.y, cloud.mean_spacing)
+    volumes, strip = cloud.control_volumes, 0.0
+    if isinstance(terrain, Surface):
+        places = np.stack(along_line(line, cloud.mean_spacing), axis=1)
+        strip = float(np.sqrt(volumes.area[cloud.nearest(1, places)[:, 0]]).mean())
+    frame = frame_of_bounds(cloud.x, cloud.y, cloud.mean_spacing, strip)
     corners, way, along, normal, flip = heading(line, frame, terrain, gravity)
-    volumes = cloud.control_volumes
     ends = np.array(corners, dtype=np.float64)
     near = cloud.nearest(1, ends)[:, 0]
     sizes = np.sqrt(volumes.area[near])
@@ -131,11 +141,20 @@ def place_on_cloud(
         np.where(sign > 0, right, left),
         way,
         np.maximum(0.0, sign * length * (outward @ np.array(way))),
-        np.zeros(len(face)),
+        _bottom(corners, face, volumes, terrain),
         along,
         normal,
         taken,
     )
+
+
+def _bottom(line: Line, face: Indices, volumes: ControlVolumes, terrain: Terrain | Surface) -> Array:
+    """Elevation of the bed on a line beside faces, m; 0 on a slope profile."""
+    if not isinstance(terrain, Surface):
+        return np.zeros(len(face))
+    start, stop = (nearest_on(line, *ends[face].T).T for ends in volumes.edges)
+    sizes = np.sqrt(volumes.area[np.concatenate([volumes.left, volumes.side_cell])[face]])
+    return np.asarray(terrain.along_edges(start, stop, sizes))
 
 
 def _pairs(cloud: PointCloud) -> tuple[Array, Array]:

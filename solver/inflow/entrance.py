@@ -11,17 +11,19 @@ import numpy as np
 from solver.arrays import Array
 from solver.inflow.clouds import PlacedOnCloud, place_on_cloud
 from solver.inflow.conditions import Inflow, Line, Rating, rating_of
-from solver.inflow.placement import Frame, Placed, heading, place
+from solver.inflow.placement import Frame, Placed, along_line, heading, place
 from solver.physics.elevation import Surface
 from solver.physics.friction import Friction
 from solver.physics.terrain import Terrain
 from solver.points.lattice import Lattice
+from solver.points.on_surface import known
 
 if TYPE_CHECKING:
     # compiled code takes longer to import than a scenario to check
     from solver.points.cloud import PointCloud
 
 _HALVINGS = 100
+_NOTHING_BELOW = "expected a section with the domain below it, found one that nothing comes in from"
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,9 +100,11 @@ def entrance(
         If the section lies outside, on no data, or beside them, or has no normal depth where that is asked.
     """
     placed = placed_on(inflow.line, points, terrain, gravity)
-    slant = 1.0
+    slant = placed.normal / gravity if isinstance(terrain, Surface) else 1.0
     if isinstance(placed, PlacedOnCloud):
         good = placed.downstream >= 0
+        if isinstance(terrain, Surface):
+            good &= known(terrain, points)[placed.downstream]
     else:
         assert isinstance(points, Lattice)
         row, column = placed.downstream
@@ -109,25 +113,29 @@ def entrance(
         if isinstance(terrain, Surface):
             gaps = terrain.gaps(points.x_points, points.y_points)
             good &= ~gaps[row.clip(0, ny - 1), column.clip(0, nx - 1)]
-            slant = placed.normal / gravity
     good &= placed.width > 0
     if not good.any():
-        raise ValueError("expected a section with the domain below it, found one that nothing comes in from")
+        raise ValueError(_NOTHING_BELOW)
     placed = placed.only(good)
     return Entrance(inflow, placed, rating_of(inflow, friction, placed.along, placed.normal, gravity), slant)
 
 
 def check_on_cloud(
-    inflow: Inflow, frame: Frame, terrain: Terrain, friction: Friction, gravity: float
+    inflow: Inflow, frame: Frame, terrain: Terrain | Surface, friction: Friction, gravity: float
 ) -> None:
     """Look at what can be known of an inflow on a cloud in a frame before its points are placed.
 
     Raises
     ------
     ValueError
-        If the section lies outside, or has no normal depth where that is asked.
+        If the section lies outside, on no data, or has no normal depth where that is asked.
     """
     found = heading(inflow.line, frame, terrain, gravity)
+    if isinstance(terrain, Surface):
+        x, y = along_line(inflow.line, frame.strip)
+        below_x, below_y = x + 0.5 * frame.strip * found.way[0], y + 0.5 * frame.strip * found.way[1]
+        if terrain.gaps_at(below_x, below_y).all():
+            raise ValueError(_NOTHING_BELOW)
     rating_of(inflow, friction, found.along, found.normal, gravity)
 
 

@@ -1,4 +1,4 @@
-"""Sections on a lattice: the faces between cells that stand for a line, and the bed along it."""
+"""Sections on a lattice: the faces between cells that stand for a line, and the bed along any section."""
 
 from __future__ import annotations
 
@@ -19,6 +19,8 @@ from solver.points.lattice import Lattice
 Point = tuple[float, float]
 # Of a cell: what is this near to the middle between two corners may be taken for either.
 _NEARLY = 1e-6
+# A mean slope below this is round-off of elevations.
+_LEVEL = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,12 +100,15 @@ class Frame(NamedTuple):
         Distance at which the bed is looked at along a line, m.
     lattice : Lattice, optional
         What a surface is looked at on; None on a cloud.
+    strip : float, optional
+        How wide a strip along a line a surface is looked at on in place of that, m.
     """
 
     extent: tuple[Point, Point]
     reach: Point
     spacing: float
     lattice: Lattice | None = None
+    strip: float = 0.0
 
 
 class Heading(NamedTuple):
@@ -210,11 +215,12 @@ def _gravity(
     line: Line, frame: Frame, terrain: Terrain | Surface, gravity: float, way: Point
 ) -> tuple[float, float]:
     """Gravity along a direction in plan and normal to the bed, means over a line, m s-2."""
-    x, y = _along(line, frame.spacing)
+    x, y = along_line(line, frame.spacing)
     if isinstance(terrain, Surface):
         lattice = frame.lattice
         if lattice is None:
-            raise ValueError("expected a lattice with a section on an elevation model")
+            slope = np.arctan(_fall(line, frame, terrain, way))
+            return gravity * float(np.sin(slope)), gravity * float(np.cos(slope))
         edges = [edges_of(a, lattice.dx) for a in (lattice.x_points, lattice.y_points)]
         b_x, b_y = plan_slopes(terrain.corners(*edges), lattice.dx)
         i, j = (
@@ -230,7 +236,19 @@ def _gravity(
     )
 
 
-def _along(line: Line, spacing: float) -> tuple[Array, Array]:
+def _fall(line: Line, frame: Frame, surface: Surface, way: Point) -> float:
+    """Mean slope of a surface down a direction, over the strip along a line that lies within the bounds."""
+    corners, low, high = np.array(line, np.float64), *np.array(frame.extent).T
+    length = np.hypot(*np.diff(corners, axis=0).T)
+    # of a strip that would reach outside the part inside counts
+    sides = [np.clip(corners + shift * frame.strip * np.array(way), low, high) for shift in (-0.5, 0.5)]
+    before, after = (surface.along_edges(a[:-1], a[1:], np.full(len(length), frame.strip)) for a in sides)
+    apart = (sides[1] - sides[0]) @ np.array(way)
+    fall = float(((before - after) * length).sum() / (0.5 * (apart[:-1] + apart[1:]) * length).sum())
+    return fall if abs(fall) > _LEVEL else 0.0
+
+
+def along_line(line: Line, spacing: float) -> tuple[Array, Array]:
     """Places along a line, at most half a spacing apart, m."""
     pieces = []
     for (a, b), (c, d) in pairwise(line):
@@ -308,6 +326,14 @@ def _bottom(
     edges = [edges_of(a, lattice.dx) for a in (lattice.x_points, lattice.y_points)]
     x, y = edges[0][column] + np.where(along_x, 0.0, 0.5 * lattice.dx), edges[1][row]
     y = y + np.where(along_x, 0.5 * lattice.dy, 0.0)
+    found = nearest_on(line, x, y)
+    at = RegularGridInterpolator((edges[1], edges[0]), terrain.corners(*edges))
+    p, q = (np.clip(a, edge[0], edge[-1]) for a, edge in zip(found, edges, strict=True))
+    return np.asarray(at(np.stack([q, p], axis=1)))
+
+
+def nearest_on(line: Line, x: Array, y: Array) -> Array:
+    """Places of a line nearest to places x and y, each (n,), shape (2, n), m."""
     nearest, found = np.full(len(x), np.inf), np.stack([x, y])
     for (a, b), (c, d) in pairwise(line):
         square = (c - a) ** 2 + (d - b) ** 2
@@ -316,6 +342,4 @@ def _bottom(
         distance = np.hypot(x - p, y - q)
         found = np.where(distance < nearest, np.stack([p, q]), found)
         nearest = np.minimum(nearest, distance)
-    at = RegularGridInterpolator((edges[1], edges[0]), terrain.corners(*edges))
-    p, q = (np.clip(a, edge[0], edge[-1]) for a, edge in zip(found, edges, strict=True))
-    return np.asarray(at(np.stack([q, p], axis=1)))
+    return found

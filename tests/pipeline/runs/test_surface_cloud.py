@@ -162,3 +162,50 @@ def test_what_a_cloud_cannot_have_is_refused(folder, points, more, said):
     path = written(folder, TEXT + more, (LATTICE, f"points: {{{points}}}"))
     with pytest.raises(pipeline.BadInput, match=said):
         load([path])
+
+
+FED = (
+    f"inflow: [{{name: apex, section: [[{WEST + 40}, {NORTH - 115}], [{WEST + 40}, {NORTH - 85}]], "
+    "hydrograph: {shape: triangle, volume: 800, peak_discharge: 60}, froude: 1.5}]\n"
+    f"sections: [{{name: bridge, line: [[{WEST + 120}, {NORTH - 160}], [{WEST + 120}, {NORTH - 40}]]}}]\n"
+)
+ALONE = ("release: {polygons: releases.gpkg, name: slide}\n", "")
+
+
+def test_a_hydrograph_comes_in_on_a_cloud_about_as_on_a_lattice(folder):
+    found = {
+        name: run(folder, f"fed-{name}", ALONE, *points, more=FED)
+        for name, points in (("cloud", [EVEN]), ("lattice", []))
+    }
+    cloud, lattice = found["cloud"], found["lattice"]
+    for store in found.values():
+        assert float(store["volume_in"][0]) == pytest.approx(800, rel=1e-12)
+        assert float(store["volume_error"].max()) < 1e-13
+    for name, within in (
+        ("section_volume", 1e-3),
+        ("section_peak_discharge", 0.05),
+        ("section_arrival_time", 0.01),
+    ):
+        one, other = (float(store[name][0, 0].max()) for store in (cloud, lattice))
+        assert one == pytest.approx(other, rel=within), name
+    assert float(cloud["section_volume"][0, 0].max()) > 700
+    # two cells
+    for name in ("runout_distance", "flow_runout_distance"):
+        np.testing.assert_allclose(cloud[name], lattice[name], atol=10, err_msg=name)
+
+
+def test_a_domain_is_found_for_a_hydrograph_on_a_cloud(folder):
+    found = run(folder, "fed-found", ALONE, EVEN, (f"{DOMAIN}\n", ""), more=FED)
+    assert found["volume_out"].to_numpy().tolist() == [0.0]
+    assert float(found["volume_in"][0]) == pytest.approx(800, rel=1e-12)
+    assert np.ptp(found["y"].to_numpy()) < 190
+
+
+def test_a_section_is_looked_at_before_a_cloud_is_placed(folder):
+    outside = FED.replace(f"{WEST + 40}, {NORTH - 115}", f"{WEST - 40}, {NORTH - 115}")
+    path = written(folder, TEXT + outside, EVEN, ALONE)
+    with pytest.raises(pipeline.BadInput, match=r"inflow\.0\.section: expected a section inside the domain"):
+        load([path])
+    path = written(folder, TEXT + FED.replace("froude: 1.5", "depth: normal"), EVEN, ALONE)
+    with pytest.raises(pipeline.BadInput, match="no normal depth with this law of friction"):
+        load([path])

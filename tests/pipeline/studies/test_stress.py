@@ -33,7 +33,12 @@ ONCE_BROKEN = sorted((ROOT / "scenarios" / "stress").glob("*.yaml"))
 def test_the_same_seed_and_number_draw_the_same_scene():
     assert draw(1, 7).text == draw(1, 7).text
     assert draw(1, 7).text != draw(2, 7).text
-    assert {draw(1, k).labels["points"] for k in range(150)} == {*LAYOUTS, "surface", "surface, poisson-disc"}
+    assert {draw(1, k).labels["points"] for k in range(150)} == {
+        *LAYOUTS,
+        "surface",
+        "surface, poisson-disc",
+        "surface, graded",
+    }
     assert 0.05 < np.mean([is_repeated(1, k) for k in range(400)]) < 0.15
 
 

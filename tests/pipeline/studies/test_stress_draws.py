@@ -17,6 +17,8 @@ from solver.points.lattice import Lattice
 SMALL = 1e5
 DRAWN = [draw(1, k) for k in range(400)]
 SURFACES = [each for each in DRAWN if each.labels["points"] == "surface"]
+ON_CLOUDS = [each for each in DRAWN if each.labels["points"].startswith("surface, ")]
+FED_CLOUDS = [each for each in ON_CLOUDS if "inflow" in each.data]
 
 
 def wide(part):
@@ -24,16 +26,18 @@ def wide(part):
 
 
 def test_shares_are_drawn_wider_and_on_surfaces():
-    assert 0.05 < len(SURFACES) / len(DRAWN) < 0.15
+    drawn = SURFACES + ON_CLOUDS
+    assert 0.05 < len(drawn) / len(DRAWN) < 0.15
     for part in ("table", "cliffs and walls", "earth pressure", "given depths"):
         assert len(wide(part)) >= 3
-    grounds = " ".join(each.labels["profile"] for each in SURFACES)
+    grounds = " ".join(each.labels["profile"] for each in drawn)
     assert all(kind in grounds for kind in ("noise", "steps", "pits", "ridges", "gaps"))
-    assert any("inflow" in each.data and "erodible_bed" in each.data for each in SURFACES)
+    for some in (SURFACES, ON_CLOUDS):
+        assert any("inflow" in each.data and "erodible_bed" in each.data for each in some)
     assert {"building", "dam", "basin"} <= {
-        structure["kind"] for each in SURFACES for structure in each.data.get("structures", ())
+        structure["kind"] for each in drawn for structure in each.data.get("structures", ())
     }
-    assert any("zones" in each.data["material"] for each in SURFACES)
+    assert any("zones" in each.data["material"] for each in drawn)
 
 
 @pytest.mark.parametrize("drawn", [wide("table")[0], SURFACES[0], SURFACES[1]], ids=lambda drawn: drawn.name)
@@ -82,7 +86,7 @@ def test_the_laws_on_a_surface_see_what_breaks_them():
     assert "depth is not negative" in broken(h=state.h - 1e-20)
 
 
-@pytest.mark.parametrize("drawn", SURFACES[:8], ids=lambda drawn: drawn.name)
+@pytest.mark.parametrize("drawn", SURFACES[:8] + FED_CLOUDS[:3], ids=lambda drawn: drawn.name)
 def test_a_scene_on_a_surface_keeps_its_laws(drawn):
     row = perform(drawn, False, SMALL)
     assert not row.broken

@@ -10,6 +10,7 @@ import solver
 from solver.forms import begin
 from solver.inflow.entrance import entrance
 from solver.kernels.sections.inflow import fill_section
+from solver.kernels.state import LANES
 from solver.physics.earth_pressure import MohrCoulombFlow
 from solver.physics.erosion import ErodibleBed, GrowthRate
 from solver.points.cloud import PointCloud, random_points
@@ -151,8 +152,25 @@ def test_a_scene_without_sections_is_stepped_as_it_was():
     assert results[1].sections.volume[0, 5] > 0
 
 
-def test_a_section_of_an_elevation_model_takes_a_lattice():
-    x = np.arange(12) * 2.0
-    model = solver.ElevationModel(x, x, 50 - 0.3 * np.broadcast_to(x, (12, 12)))
-    with pytest.raises(ValueError, match="expected a lattice with a section on an elevation model"):
-        entrance(wide(CLOUD).inflows[0], CLOUD, model, VOELLMY, 9.81)
+def test_after_an_inflow_what_is_not_stepped_stays_in_all_stages():
+    """Deposits below a section would be seen by moving cells beside them as they never were."""
+    short = solver.Hydrograph(np.array([0.0, 0.2, 0.4]), np.array([0.0, 2.0, 0.0]))
+    x, y = CLOUD.points.T
+    depth = np.where(np.hypot(x - 22, y) < 3, 0.8, 0.0)
+    scene = wide(
+        CLOUD,
+        friction=solver.Coulomb(25),
+        depth=depth,
+        velocity_x=np.where(depth > 0, 6.0, 0.0),
+        inflows=(solver.Inflow("inside", ((5, -3), (5, 3)), short, froude=1.0),),
+    )
+    run = begin(scene, 10.0, 0.0, True)
+    run.advance(2.0, None)
+    cells = np.unique(run.inflows.cell)
+    assert run.state[0][cells].max() > 0.02
+    stepped = run.activity.stepped
+    assert stepped.any()
+    assert not stepped[cells // LANES].any()
+    for stage in run.stages:
+        for field, now in zip(stage, run.now, strict=True):
+            assert np.array_equal(field[: run.count], now[: run.count])

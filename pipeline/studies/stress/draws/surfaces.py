@@ -162,8 +162,13 @@ def draw_surface_scene(rng: Generator, name: str) -> tuple[Data, Files, dict[str
     data["output"] = {"fields": ["depth", "deposit_depth", "max_depth", "max_speed"]}
     # drawn last: all else of the scene is what it would be on a lattice
     layout = "surface"
-    if "inflow" not in data and not any(each["kind"] == "building" for each in structures):
+    if not any(each["kind"] == "building" for each in structures):
         layout = _layout(rng, data, spacing)
+        if layout != "surface" and "inflow" in data:
+            # cells of a lattice lie half out of its domain, which is moved on to those of the raster
+            low, high = np.transpose([data["domain"]["x"], data["domain"]["y"]])
+            ends = np.clip(data["inflow"][0]["section"], low + 0.5 * spacing, high - 0.5 * spacing)
+            data["inflow"][0]["section"] = ends.tolist()
     labels = {
         "points": layout,
         "profile": f"surface: {ground}",
