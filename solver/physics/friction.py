@@ -231,7 +231,7 @@ class Chezy(Friction):
 
     def resistance(self, gravity: float) -> Uniform:
         """R = g s^2/(C^2 h)."""
-        return Quadratic(drag=gravity / self.chezy_coefficient**2)
+        return Quadratic(drag=float(gravity / np.square(self.chezy_coefficient)))
 
     def film_speed(self, depth: float, driving: float) -> float:
         """Where drag balances gravity."""
@@ -255,7 +255,7 @@ class Manning(Friction):
 
     def resistance(self, gravity: float) -> Uniform:
         """R = g n^2 s^2/h^(4/3)."""
-        return Quadratic(rough=gravity * self.manning_n**2)
+        return Quadratic(rough=float(gravity * np.square(self.manning_n)))
 
     def film_speed(self, depth: float, driving: float) -> float:
         """Where drag balances gravity."""
@@ -296,7 +296,7 @@ class OBrien(Friction):
         return Quadratic(
             yield_stress=self.yield_stress / density,
             viscous=self.laminar_resistance * self.viscosity / (8.0 * density),
-            rough=gravity * self.manning_n**2,
+            rough=float(gravity * np.square(self.manning_n)),
         )
 
 

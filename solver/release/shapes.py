@@ -169,21 +169,21 @@ class Cap(Round):
     @property
     def shape_volume(self) -> float:
         """Volume pi H (3 R^2 + H^2)/6, m3."""
-        return float(np.pi * self.height * (3 * self.radius**2 + self.height**2) / 6)
+        return float(np.pi * self.height * (3 * np.square(self.radius) + np.square(self.height)) / 6)
 
     def _profile(self, squared: Array) -> Array:
-        ball = (self.radius**2 + self.height**2) / (2 * self.height)
-        inside = self.radius**2 * (1.0 - squared)
+        ball = (np.square(self.radius) + np.square(self.height)) / (2 * self.height)
+        inside = np.square(self.radius) * (1.0 - squared)
         sunk = ball - self.height
         # sqrt(ball^2 - r^2) - sunk, without the cancellation of a flat cap
-        total = np.sqrt(inside + sunk**2) + sunk
+        total = np.sqrt(inside + np.square(sunk)) + sunk
         return np.asarray(np.divide(inside, total, out=np.zeros_like(total), where=total > 0))
 
     def _mean(self, squared: Array) -> Array:
-        ball = (self.radius**2 + self.height**2) / (2 * self.height)
+        ball = (np.square(self.radius) + np.square(self.height)) / (2 * self.height)
         sunk, top, depth = ball - self.height, self.height, self._profile(squared)
         # a form of (ball^3 - (sunk + depth)^3)/(3 radius^2) - sunk squared/2 without cancellation
-        size = 3 * sunk * (top + depth) + 2 * (top**2 + top * depth + depth**2)
+        size = 3 * sunk * (top + depth) + 2 * (np.square(top) + top * depth + depth**2)
         return np.asarray(size / (6 * (ball + sunk + depth)))
 
 
@@ -244,7 +244,7 @@ class Cylinder(Round):
     @property
     def shape_volume(self) -> float:
         """Volume pi R^2 H, m3."""
-        return float(np.pi * self.radius**2 * self.height)
+        return float(np.pi * np.square(self.radius) * self.height)
 
     def _profile(self, squared: Array) -> Array:
         return np.full(squared.shape, self.height)

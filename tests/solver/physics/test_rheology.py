@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from solver.physics.earth_pressure import Isotropic, MohrCoulomb
-from solver.physics.friction import Coulomb, Voellmy
+from solver.physics.friction import Chezy, Coulomb, Voellmy
 
 
 def test_equal_angles_of_30_degrees_leave_one_state_along_and_two_across():
@@ -79,3 +79,10 @@ def test_friction_refuses_angles_out_of_range(angle):
 def test_voellmy_refuses_a_coefficient_that_is_not_above_zero(coefficient):
     with pytest.raises(ValueError, match=r"^turbulent_friction: expected a (number above 0|finite number)"):
         Voellmy(20, coefficient)
+
+
+def test_the_drag_of_chezy_scales_with_gravity_to_the_last_bit():
+    """A power of two by the C library is not always the product: results would depend on units."""
+    assert 2.759**2 != 2.759 * 2.759
+    for gravity in (0.025, 0.03, 1.0, 9.81):
+        assert Chezy(2 * 2.759).resistance(4 * gravity) == Chezy(2.759).resistance(gravity)

@@ -175,3 +175,14 @@ def test_a_cell_of_a_cloud_holds_the_average_of_the_depth_over_it(shape):
     assert np.abs(shape.cell_averages(CLOUD) - found).max() < 5 * shape.depth(4.1, 0) / np.sqrt(counts.min())
     outside = np.hypot(*(CLOUD.points - [4.1, 0]).T) > 5
     assert not shape.cell_averages(CLOUD)[outside].any()
+
+
+def test_a_cap_scales_with_lengths_to_the_last_bit():
+    squared = np.linspace(0, 1, 7)
+    # squares of these by the C library are not the products
+    for radius in (32.543, 57.086, 42.023, 18.659):
+        assert radius**2 != radius * radius
+        small, large = (Cap((0, 0), radius=k * radius, height=k * 0.3 * radius) for k in (1, 4))
+        assert large.shape_volume == 64 * small.shape_volume
+        np.testing.assert_array_equal(large._mean(squared), 4 * small._mean(squared))
+        np.testing.assert_array_equal(large._profile(squared), 4 * small._profile(squared))
