@@ -19,6 +19,7 @@ import typer
 from pipeline.runs.runs import expand, share
 from pipeline.runs.template import template
 from pipeline.scenario.scenario import load
+from pipeline.store.variables import COMPUTED
 from pipeline.store.zarr_store import open_store
 
 # The paper's chute, coarse: about 0.1 s a run.
@@ -106,7 +107,7 @@ def _measured(folder: Path, runs: int, workers: int, spacing: float) -> _Measure
     with open_store(out / "scale.zarr") as store:
         opening = time.perf_counter() - began
         solver, longest = float(store["cpu_time"].sum()), float(store["cpu_time"].max())
-        done = int((store["status"] == 1).sum())
+        done = int(store["status"].isin(COMPUTED).sum())
     return _Measured(done, group, start, elapsed, used, solver, longest, opening, memory)
 
 
