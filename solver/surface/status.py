@@ -52,6 +52,41 @@ def rests(
     return held
 
 
+@kernel(inline=True)
+def rests_at_edges(
+    slopes: tuple[float, float, float, float],
+    depths: tuple[float, float, float, float],
+    h: float,
+    slope: tuple[float, float, float],
+    gravity: tuple[float, float, float],
+    law: Uniform,
+    pressure: Pressure | None,
+    i: int,
+) -> bool:
+    """Whether friction holds a cell at each of its edges, with the mean slope in the other direction.
+
+    Parameters
+    ----------
+    slopes : tuple
+        Of depth in plan at the low and high edge along x and along y, dimensionless.
+    depths : tuple
+        At the same edges, m.
+    h : float
+        Depth of the cell, m.
+    slope, gravity, law, pressure, i
+        As of `rests`.
+    """
+    back_x, forth_x, back_y, forth_y = slopes
+    h_w, h_e, h_s, h_n = depths
+    mean_x = mean_drive(law, back_x, forth_x, h_w, h_e, h)
+    mean_y = mean_drive(law, back_y, forth_y, h_s, h_n, h)
+    held: bool = rests(back_x, mean_y, h_w, slope, gravity, law, pressure, i)
+    held &= rests(forth_x, mean_y, h_e, slope, gravity, law, pressure, i)
+    held &= rests(mean_x, back_y, h_s, slope, gravity, law, pressure, i)
+    held &= rests(mean_x, forth_y, h_n, slope, gravity, law, pressure, i)
+    return held
+
+
 @kernel(unaliased=True)
 def classify_row(
     now: Fields,
@@ -84,14 +119,10 @@ def classify_row(
         back_x, forth_x = (h_i - h[w]) * over, (h[e] - h_i) * over
         back_y, forth_y = (h_i - h[s]) * over, (h[n] - h_i) * over
         h_w, h_e, h_s, h_n = 0.5 * (h_i + h[w]), 0.5 * (h_i + h[e]), 0.5 * (h_i + h[s]), 0.5 * (h_i + h[n])
-        mean_x = mean_drive(law, back_x, forth_x, h_w, h_e, h_i)
-        mean_y = mean_drive(law, back_y, forth_y, h_s, h_n, h_i)
+        slopes, depths = (back_x, forth_x, back_y, forth_y), (h_w, h_e, h_s, h_n)
         u_i, v_i = u[i], v[i]
         held = (u_i * u_i + v_i * v_i) == 0.0
-        held &= rests(back_x, mean_y, h_w, slope, gravity, law, pressure, i)
-        held &= rests(forth_x, mean_y, h_e, slope, gravity, law, pressure, i)
-        held &= rests(mean_x, back_y, h_s, slope, gravity, law, pressure, i)
-        held &= rests(mean_x, forth_y, h_n, slope, gravity, law, pressure, i)
+        held &= rests_at_edges(slopes, depths, h_i, slope, gravity, law, pressure, i)
         stopped = BELOW_YIELD if held else 0.0
         static[i] = stopped if wet else DRY
         wave_x, wave_y = waves_over_edges(pressure, i, g_n, h_i)
@@ -135,15 +166,8 @@ def hold_by_level(
         back_y, forth_y = slopes_by_level(h, tilt_y, i, m, over)
         h_w, h_e = 0.5 * (h[i] + h[i - 1]), 0.5 * (h[i] + h[i + 1])
         h_s, h_n = 0.5 * (h[i] + h[i - m]), 0.5 * (h[i] + h[i + m])
-        mean_x = mean_drive(law, back_x, forth_x, h_w, h_e, h[i])
-        mean_y = mean_drive(law, back_y, forth_y, h_s, h_n, h[i])
-        about = slope, gravity, law, pressure, i
-        if (
-            rests(back_x, mean_y, h_w, *about)
-            and rests(forth_x, mean_y, h_e, *about)
-            and rests(mean_x, back_y, h_s, *about)
-            and rests(mean_x, forth_y, h_n, *about)
-        ):
+        slopes, depths = (back_x, forth_x, back_y, forth_y), (h_w, h_e, h_s, h_n)
+        if rests_at_edges(slopes, depths, h[i], slope, gravity, law, pressure, i):
             static[i] = BELOW_YIELD
 
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from checkpoints import with_and_without_a_restart
+from checkpoints import assert_carried_alike, with_and_without_a_restart
 
 import solver
 from solver.forms import begin
@@ -262,8 +262,7 @@ LOOSE = ErodibleBed(np.full(IN_VALLEY.shape, 0.05), GrowthRate(0.02))
 def test_a_restart_changes_nothing(scene):
     whole, second = with_and_without_a_restart(scene, 40.0, 80)
     assert whole.come_in > 0
-    for name, array in whole.carried.items():
-        assert np.array_equal(array, second.carried[name], equal_nan=True), name
+    assert_carried_alike(whole, second)
 
 
 def test_what_comes_in_takes_up_its_bed():

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from checkpoints import with_and_without_a_restart
+from checkpoints import assert_carried_alike, with_and_without_a_restart
 
 import solver
 from solver.forms import begin
@@ -87,8 +87,7 @@ def test_what_lies_above_a_section_does_not_push_thin_cells_below_it_where_nothi
 )
 def test_a_restart_changes_nothing(scene):
     whole, second = with_and_without_a_restart(scene, 40.0, 80)
-    for name, array in whole.carried.items():
-        assert np.array_equal(array, second.carried[name], equal_nan=True), name
+    assert_carried_alike(whole, second)
 
 
 def test_in_a_valley_volumes_are_exact_and_sections_agree_with_what_lies_below_them():
@@ -188,8 +187,7 @@ def test_what_comes_in_flows_around_buildings_and_takes_up_its_bed(scene):
 def test_a_restart_among_buildings_on_loose_bed_changes_nothing(scene):
     whole, second = with_and_without_a_restart(scene, 40.0, 80)
     assert {"inflows.entered", "erosion.eroded"} <= whole.carried.keys()
-    for name, array in whole.carried.items():
-        assert np.array_equal(array, second.carried[name], equal_nan=True), name
+    assert_carried_alike(whole, second)
 
 
 def test_no_building_stands_at_an_inflow():
