@@ -95,7 +95,7 @@ class Run(ABC):
             np.zeros(1),
             np.zeros(1, np.int64),
             np.zeros(1, np.int64),
-            np.zeros((4, 2)),
+            np.zeros((2, 4, 2)),
             np.full(indices, -1, np.int64),
         )
         self.erosion = no_erosion()
@@ -161,7 +161,7 @@ class Run(ABC):
     @property
     def ledger(self) -> Array:
         """Volumes that came in and left through each side of the domain, shape (4, 2), m3."""
-        return self.progress.ledger
+        return np.asarray(self.progress.ledger.sum(axis=0))
 
     @property
     def come_in(self) -> float:
@@ -208,7 +208,7 @@ class Run(ABC):
     @property
     def entrained(self) -> float:
         """Volume that the flow has taken up from the bed, m3."""
-        return float(self.erosion.entrained[0])
+        return float(self.erosion.entrained.sum())
 
     @property
     def steepness(self) -> Array:

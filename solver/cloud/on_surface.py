@@ -5,6 +5,7 @@ from __future__ import annotations
 from solver.arrays import Array
 from solver.cloud.blocks import Activity
 from solver.compiled import kernel
+from solver.kernels.boundary import account
 from solver.kernels.state import Fields, Lift
 
 
@@ -80,6 +81,6 @@ def empty(
     h = states[0].h
     for i in range(start, stop):
         if drain[i] > 0 and h[i] > 0.0:
-            ledger[drain[i] - 1, 1] += h[i] * area[i]
+            account(h[i] * area[i], drain[i] - 1, ledger)
             for state in states:
                 state.h[i] = state.u[i] = state.v[i] = 0.0

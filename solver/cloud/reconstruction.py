@@ -332,7 +332,7 @@ def state_at_face(
         share * (step_to_face(gap[2], t_ahead - t, part, 2.0) + off[2]),
     )
     behind = h_behind, n_behind, beta * h_behind
-    least = least_shown(h, lead(n, n_behind, sign), beta * h_behind)
+    least = least_shown(h, n, lead(n, n_behind, sign), beta * h_behind)
     depth, normal, tangential = face_state(cell, at_face, h_beyond, behind, least, sign, dry)
     # what moves away from a face sends waves to it and no more: a film beyond would be fed with its own
     # velocity, which a gradient reads off it

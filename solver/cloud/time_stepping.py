@@ -10,7 +10,7 @@ from solver.cloud.residual import cloud_stage
 from solver.cloud.sections import open_blocks
 from solver.cloud.status import classify_cloud
 from solver.compiled import kernel
-from solver.kernels.erosion import erode_cell
+from solver.kernels.erosion import entrain, erode_cell
 from solver.kernels.record import record_cells
 from solver.kernels.runge_kutta import (
     AT_REST,
@@ -59,7 +59,7 @@ def erode(arrays: CloudArrays, state: Fields, dt: float) -> None:
                 arrays.material,
             )
             state.h[i], state.u[i], state.v[i] = h, u, v
-            erosion.entrained[0] += more * arrays.area[i]
+            entrain(more * arrays.area[i], erosion.entrained)
 
 
 @kernel(as_source=True, cached=False)

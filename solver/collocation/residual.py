@@ -211,7 +211,7 @@ def velocities(
 
 @kernel()
 def account_open(now: Fields, sides: Open, duration: float, ledger: Array) -> None:
-    """Add to the ledger (4, 2), m3, what open sides let out within a duration, s.
+    """Add to the ledger (2, 4, 2), m3, what open sides let out within a duration, s.
 
     The sum over pairs of ``weight . (q_i + q_j)``; on a lattice the weight is ``V_i D_ij``.
     """

@@ -7,6 +7,7 @@ import math
 from solver.arrays import Array
 from solver.compiled import kernel
 from solver.kernels.friction import below_yield
+from solver.kernels.runge_kutta import added
 from solver.kernels.state import BELOW_YIELD, DRY, NO_SLIP, OPEN, WALL
 from solver.physics.resistance import Uniform
 
@@ -68,11 +69,11 @@ def stopped(impulse: float, toward: float, width: float, dt: float) -> float:
 
 @kernel(inline=True)
 def account(leaving: float, side: int, ledger: Array) -> None:
-    """Add a volume that leaves by a side, or comes in if it is negative, m3, to the ledger (4, 2)."""
-    if leaving > 0.0:
-        ledger[side, 1] += leaving
-    else:
-        ledger[side, 0] -= leaving
+    """Add a volume that leaves by a side, or comes in if it is negative, m3, to the ledger (2, 4, 2)."""
+    way = 1 if leaving > 0.0 else 0
+    ledger[0, side, way], ledger[1, side, way] = added(
+        ledger[0, side, way], ledger[1, side, way], abs(leaving)
+    )
 
 
 @kernel(inline=True)

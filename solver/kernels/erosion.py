@@ -10,6 +10,7 @@ import numpy as np
 from solver.arrays import Array
 from solver.compiled import kernel
 from solver.kernels.friction import law_at, resistance
+from solver.kernels.runge_kutta import added
 from solver.kernels.source_terms import Cell
 from solver.kernels.state import Material
 from solver.physics.erosion import (
@@ -41,7 +42,7 @@ class Erosion(NamedTuple):
     eroded
         Depth that has been eroded, m.
     entrained
-        (1,), volume that the flow has taken up, m3.
+        (2,), volume that the flow has taken up, m3: a sum, and what rounding has taken from it.
     """
 
     law: int
@@ -75,7 +76,13 @@ def erosion_of(bed: ErodibleBed | None, available: Array, eroded: Array, entrain
 
 def no_erosion() -> Erosion:
     """Give the kernels a bed that does not erode."""
-    return erosion_of(None, np.zeros(0), np.zeros(0), np.zeros(1))
+    return erosion_of(None, np.zeros(0), np.zeros(0), np.zeros(2))
+
+
+@kernel(inline=True)
+def entrain(volume: float, entrained: Array) -> None:
+    """Add to ``entrained`` of `Erosion` a volume that the flow takes up, m3."""
+    entrained[0], entrained[1] = added(entrained[0], entrained[1], volume)
 
 
 @kernel(fastmath=False, inline=True)

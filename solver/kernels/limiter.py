@@ -19,6 +19,8 @@ FRONT = 0.45
 ALL = 1.9
 # Share of its depth that a cell has at least at a face that it moves to.
 LEAST = 0.1
+# Square of the share of its velocity by which a cell is not told from what lies behind it.
+ALIKE = 1e-8
 # A cell that would lose more than this share of its depth in a stage runs dry (`afforded`).
 EMPTIED = 0.75
 
@@ -68,24 +70,25 @@ def lead(n: float, n_behind: float, sign: float) -> float:
 
 
 @kernel(inline=True)
-def least_shown(h: float, more: float, wave: float) -> float:
+def least_shown(h: float, n: float, more: float, wave: float) -> float:
     """Depth that a cell has at least at a face that it moves to, m.
 
     What is faster than what lies behind it by more than 2 c has come off it, and the slope of depth between
     them is of no flow. The farther it has, the nearer to its mean is what it has there, and it drains as fast
-    as it moves. Below a steep heap at rest it would have none, and fall without going anywhere.
+    as it moves. Below a steep heap at rest it would have none, and fall without going anywhere. What is as
+    fast as the one behind it to some 1e-4 has not: cells that a side feeds alike differ by round-off.
 
     Parameters
     ----------
-    h : float
-        Mean depth of the cell, m.
+    h, n : float
+        Mean depth (m) and normal velocity (m s-1) of the cell.
     more : float
         From `lead`.
     wave : float
         Squared wave speed behind it, m2 s-2; below 0 where a gradient says that nothing is there.
     """
     sent = 4.0 * wave
-    share = (more - (sent if sent > 0.0 else 0.0)) / (more + 1e-300)
+    share = (more - (sent if sent > 0.0 else 0.0)) / (more + ALIKE * n * n + 1e-300)
     return h * (share if share > LEAST else LEAST)
 
 

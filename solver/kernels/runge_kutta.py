@@ -53,7 +53,7 @@ class Progress(NamedTuple):
     place
         Row, column of a failure.
     ledger
-        Volumes in and out of each side, shape (4, 2), m3.
+        Volumes in and out of each side, shape (2, 4, 2), m3: sums, and what rounding has taken from them.
     """
 
     time: Array
@@ -61,6 +61,18 @@ class Progress(NamedTuple):
     cell_stages: Indices
     ledger: Array
     place: Indices
+
+
+@kernel(inline=True)
+def added(total: float, lost: float, amount: float) -> tuple[float, float]:
+    """Add an amount to a sum that keeps what rounding takes from it.
+
+    However many amounts there are, ``total + lost`` is right to round-off (Neumaier 1974).
+    """
+    whole = total + amount
+    if abs(total) >= abs(amount):
+        return whole, lost + ((total - whole) + amount)
+    return whole, lost + ((amount - whole) + total)
 
 
 @kernel()

@@ -78,7 +78,7 @@ def face_values(
         mean, wave_a, wave_b, n_a, n_b = (h_i, here, t_i), beta[a] * h_a, beta[b] * h_b, n[a], n[b]
         # it moves to one of both faces
         more = lead(here, n_b, 1.0) if here > 0.0 else lead(here, n_a, -1.0)
-        least = least_shown(h_i, more, wave_b if here > 0.0 else wave_a)
+        least = least_shown(h_i, here, more, wave_b if here > 0.0 else wave_a)
         out.h_low[o], out.n_low[o], out.t_low[o] = face_state(
             mean, (h_i + h_low, n_low, t_low), h_b, (h_a, n_a, wave_a), least, -1.0, dry
         )

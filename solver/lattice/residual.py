@@ -202,7 +202,7 @@ def stage(
         Weight of this stage's fluxes in the whole step, for the ledger.
     dt : float
         Time step, s.
-    ledger : (4, 2) array
+    ledger : (2, 4, 2) array
         Volumes that came in and left through x_min, x_max, y_min, y_max, m3.
     """
     status, bed, material, sides, grid = arrays.status, arrays.bed, arrays.material, arrays.sides, arrays.grid

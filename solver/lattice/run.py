@@ -369,7 +369,7 @@ class LatticeRun(Run):
     @property
     def ledger(self) -> Array:
         """Volumes that came in and left through each side of the lattice, shape (4, 2), m3."""
-        return self.part.rows * self.progress.ledger
+        return self.part.rows * super().ledger
 
     @property
     def volume(self) -> float:

@@ -6,7 +6,7 @@ import math
 
 from solver.arrays import Indices
 from solver.compiled import kernel
-from solver.kernels.erosion import erode_cell
+from solver.kernels.erosion import entrain, erode_cell
 from solver.kernels.record import Record, record_run
 from solver.kernels.runge_kutta import (
     AT_REST,
@@ -81,7 +81,7 @@ def erode(arrays: LatticeArrays, first: int, last: int, dt: float) -> None:
             )
             now.h[i], now.u[i], now.v[i] = h, u, v
             gained += more
-        erosion.entrained[0] += images(arrays.sides, j) * gained * area
+        entrain(images(arrays.sides, j) * gained * area, erosion.entrained)
 
 
 @kernel(as_source=True, cached=False)

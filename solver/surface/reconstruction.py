@@ -81,14 +81,14 @@ def edge_values(
         down, up = steps_to_faces(surface_back, surface_forth, 2.0)
         # what is ahead, in the frame of the edge behind, and what is behind in that of the edge ahead
         led_by = h_a, n_a + (low_n - high_n), beta[a] * h_a
-        least = least_shown(h_i, lead(low_n, led_by[1], -1.0), led_by[2])
+        least = least_shown(h_i, low_n, lead(low_n, led_by[1], -1.0), led_by[2])
         cell_low, cell_high = (h_i, low_n, low_t), (h_i, high_n, high_t)
         shown = face_state(cell_low, (h_i + h_low, n_low, t_low), h_b, led_by, least, -1.0, dry)
         out.h_low[o], out.n_low[o], out.t_low[o] = with_level(
             shown, cell_low, level_low, down, share, h_b, -1.0, dry
         )
         led_by = h_b, n_b + (high_n - low_n), beta[b] * h_b
-        least = least_shown(h_i, lead(high_n, led_by[1], 1.0), led_by[2])
+        least = least_shown(h_i, high_n, lead(high_n, led_by[1], 1.0), led_by[2])
         shown = face_state(cell_high, (h_i + h_high, n_high, t_high), h_a, led_by, least, 1.0, dry)
         out.h_high[o], out.n_high[o], out.t_high[o] = with_level(
             shown, cell_high, level_high, up, share, h_a, 1.0, dry

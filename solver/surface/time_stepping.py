@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from solver.arrays import Array, Indices
 from solver.compiled import kernel
-from solver.kernels.erosion import erode_cell
+from solver.kernels.boundary import account
+from solver.kernels.erosion import entrain, erode_cell
 from solver.kernels.runge_kutta import (
     AT_REST,
     CONTINUE,
@@ -35,7 +36,7 @@ def empty_drains(now: Fields, metric: Metric, spans: Indices, grid: Grid, ledger
         for i in range(j * m + spans[0, j], j * m + spans[1, j]):
             side = metric.drain[i]
             if side > 0 and now.h[i] > 0.0:
-                ledger[side - 1, 1] += now.h[i] / metric.per_area[i]
+                account(now.h[i] / metric.per_area[i], side - 1, ledger)
                 now.h[i] = now.u[i] = now.v[i] = 0.0
 
 
@@ -65,7 +66,7 @@ def erode(arrays: SurfaceArrays, first: int, last: int, dt: float) -> None:
                 arrays.material,
             )
             now.h[i], now.u[i], now.v[i] = h, u, v
-            erosion.entrained[0] += more / metric.per_area[i]
+            entrain(more / metric.per_area[i], erosion.entrained)
 
 
 @kernel()

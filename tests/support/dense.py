@@ -102,8 +102,9 @@ def face_state(cell, at_face, beyond, behind, sign, dry):
     """
     (h, n, t), (depth, n_step, t_step), (h_behind, n_behind, wave) = cell, at_face, behind
     faster = np.maximum(0, sign * (n - n_behind)) ** 2
-    # up to the mean where it has come off what is behind
-    share = np.where(faster > 0, faster - 4 * np.maximum(0, wave), 0) / np.where(faster > 0, faster, 1)
+    # up to the mean where it has come off what is behind, from which 1e-4 of its velocity does not tell it
+    told = faster + 1e-8 * n**2
+    share = (faster - 4 * np.maximum(0, wave)) / np.where(told > 0, told, 1)
     depth = np.minimum(np.maximum(depth, np.where(sign * n > 0, h * np.maximum(0.1, share), 0)), 2 * h)
     led = (sign * n <= 0) | ((sign * n_behind > 0) & (faster <= 4 * wave))
     part = np.where((depth > 1.9 * h) & (sign * (n + n_step) > 0), 0, 1)

@@ -1,3 +1,4 @@
+import math
 from dataclasses import replace
 
 import dense
@@ -87,10 +88,22 @@ def test_what_boundary_faces_carry_is_its_twin(side, outward):
 
 
 def test_the_ledger_adds_what_leaves_and_what_comes_in():
-    ledger = np.zeros((4, 2))
+    ledger = np.zeros((2, 4, 2))
     for volume in (2.0, -3.0, 0.0, 4.0):
         account(volume, 1, ledger)
-    assert ledger.tolist() == [[0, 0], [3, 6], [0, 0], [0, 0]]
+    assert ledger.tolist() == [[[0, 0], [3, 6], [0, 0], [0, 0]], 4 * [[0, 0]]]
+
+
+def test_the_ledger_is_right_to_round_off_however_many_volumes_it_adds():
+    # in steady flow each is rounded alike
+    volumes = np.full(100_000, 0.1)
+    ledger, plain = np.zeros((2, 4, 2)), 0.0
+    for volume in volumes:
+        account(volume, 0, ledger)
+        plain += volume
+    exact = math.fsum(volumes)
+    assert abs(plain - exact) > 100 * np.spacing(exact)
+    assert abs(ledger.sum(axis=0)[0, 1] - exact) <= np.spacing(exact)
 
 
 def thrown(side, turn, flat=0.3):

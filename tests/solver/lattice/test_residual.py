@@ -66,7 +66,7 @@ def stepped(run, spans, first, last, dt):
         if source == 0:
             for other in run.stages:
                 copy_surroundings(run.now, other, spans, run.grid, first, last)
-        ledger = np.zeros((4, 2))
+        ledger = np.zeros((2, 4, 2))
         stage(arrays, stages[0], stages[source], stages[out], first, last, part, 1.0, dt, ledger)
     return run.state
 
@@ -143,7 +143,7 @@ def test_a_stage_is_its_twin_for_every_weight(part, friction):
     run.spans.wet[:, 2:-2] = [[2], [run.grid.stride - 2]]
     classify(run.now, *arrays, run.spans)
     twin.classify()
-    spans, dt, ledger = run.spans.wet.copy(), 0.02, np.zeros((4, 2))
+    spans, dt, ledger = run.spans.wet.copy(), 0.02, np.zeros((2, 4, 2))
     spans[:, 2:-2] = [[2], [run.grid.stride - 2]]
     out = run.stages[0]
     given = run.arrays._replace(spans=run.spans._replace(stepped=spans))
@@ -151,7 +151,7 @@ def test_a_stage_is_its_twin_for_every_weight(part, friction):
     expected = twin.stage(source, part, 0.3, dt)
     for actual, wanted in zip(out, expected, strict=True):
         assert_same(actual.reshape(run.grid.rows, -1)[dense.INNER], wanted)
-    np.testing.assert_allclose(ledger.sum(axis=0), twin.ledger.sum(axis=0), rtol=1e-12, atol=1e-15)
+    np.testing.assert_allclose(ledger.sum(axis=(0, 1)), twin.ledger.sum(axis=0), rtol=1e-12, atol=1e-15)
 
 
 def test_friction_brakes_along_the_motion_and_stops_exactly():

@@ -170,7 +170,7 @@ class Frozen(LatticeRun):
     leaks = 0.0
 
     def _advance(self, target, max_steps):
-        self.progress.ledger[0, 1] += self.leaks * (max_steps - self.progress.steps[0])
+        self.progress.ledger[0, 0, 1] += self.leaks * (max_steps - self.progress.steps[0])
         self.progress.steps[0] = max_steps
         return OUT_OF_STEPS
 
