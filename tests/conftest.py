@@ -1,3 +1,5 @@
+import fcntl
+import json
 import os
 import subprocess
 import sys
@@ -11,6 +13,21 @@ from catalogue import SCENARIO, SCENARIOS
 
 os.environ.setdefault("NUMBA_NUM_THREADS", "1")
 os.environ.setdefault("MPLBACKEND", "agg")
+
+
+# Files of tests that take longest, first of all: whoever came to them last would be waited for.
+LONGEST = (
+    *("docs/test_commands.py", "pipeline/studies/test_stress_pieces.py", "faults/test_batch_faults.py"),
+    *("solver/inflow/test_inflow_on_surface_clouds.py", "properties/test_erosion.py"),
+    *("pipeline/test_torrent.py", "pipeline/batch/test_chosen.py", "properties/test_rough_surfaces.py"),
+    *("pipeline/report/test_difference_chapter.py", "pipeline/emulation/test_emulate.py"),
+)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Put the longest files first."""
+    order = {Path(__file__).parent / name: k for k, name in enumerate(LONGEST)}
+    items.sort(key=lambda item: order.get(item.path, len(order)))
 
 
 @pytest.fixture
@@ -48,10 +65,18 @@ class Shipped:
 
 @pytest.fixture(scope="session")
 def shipped(tmp_path_factory: pytest.TempPathFactory) -> Shipped:
-    """Run every shipped scenario once, as a user does."""
-    out = tmp_path_factory.mktemp("catalogue") / "results"
-    command = [sys.executable, "-m", "pipeline", "run", *SCENARIOS, "--out", out]
-    return Shipped(out, subprocess.run(command, capture_output=True, text=True, check=False))
+    """Run every shipped scenario once, as a user does; processes of one session share what comes of it."""
+    base = tmp_path_factory.getbasetemp()
+    folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "catalogue"
+    folder.mkdir(exist_ok=True)
+    out, kept = folder / "results", folder / "shown.json"
+    with (folder / "lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not kept.exists():
+            command = [sys.executable, "-m", "pipeline", "run", *map(str, SCENARIOS), "--out", str(out)]
+            done = subprocess.run(command, capture_output=True, text=True, check=False)
+            kept.write_text(json.dumps([done.args, done.returncode, done.stdout, done.stderr]))
+    return Shipped(out, subprocess.CompletedProcess(*json.loads(kept.read_text())))
 
 
 @pytest.fixture(scope="session")

@@ -106,7 +106,9 @@ def test_the_steady_profile_below_a_section_of_given_depth_converges_in_second_o
     assert (np.array(steep) > 1.7).all()
 
 
-@pytest.mark.parametrize("seed", [None, 0], ids=["lattice", "cloud"])
+@pytest.mark.parametrize(
+    "seed", [pytest.param(None, id="lattice"), pytest.param(0, id="cloud", marks=pytest.mark.slow)]
+)
 def test_the_steady_profile_in_a_zone_of_rougher_bed_converges_in_second_order(seed):
     errors = [np.abs(zone_errors(d, seed))[:4] for d in (2.0, 1.0, 0.5)]
     assert errors[-1].max() < 4e-5

@@ -199,7 +199,9 @@ def test_what_is_taken_up_brings_no_momentum():
     assert last == pytest.approx(first, rel=1e-5)
 
 
-@pytest.mark.parametrize("place", ["lattice", "cloud", "surface"])
+@pytest.mark.parametrize(
+    "place", ["lattice", *(pytest.param(p, marks=pytest.mark.slow) for p in ("cloud", "surface"))]
+)
 def test_the_friction_of_a_zone_erodes_as_that_of_a_scene(place):
     case, end = PLACES[place]
     case = eroding(case, LAW["shear work"])

@@ -202,7 +202,7 @@ def test_a_cone_on_level_ground_rests_up_to_its_limit(kind, share, rests):
         assert run.velocity_x[0].any()
 
 
-@pytest.mark.parametrize("built", [False, True])
+@pytest.mark.parametrize("built", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_what_is_skipped_on_a_surface_changes_no_bit(built, monkeypatch):
     monkeypatch.setattr("solver.lattice.run.LEAST_GROWTH", 2)
     points = Lattice((-12.0, 12.0), (-12.0, 12.0), 0.5)

@@ -66,6 +66,7 @@ def test_a_drawn_scene_is_a_scenario_file(tmp_path):
 
 
 # each kind of scene is compiled; scenes that nobody has seen are those of the commit's own seed
+@pytest.mark.slow
 @settings(max_examples=15, deadline=None, derandomize=True, database=None)
 @given(st.integers(0, 100_000))
 def test_a_random_scene_keeps_the_laws_of_the_conservative_form(number):

@@ -55,8 +55,11 @@ def test_the_area_vector_of_a_cell_is_that_of_the_surface_above_it():
 
 @pytest.mark.parametrize(
     "more",
-    [{}, {"friction": Voellmy(10, 50.0)}, {"earth_pressure": MohrCoulombFlow(40, 20)}],
-    ids=["coulomb", "voellmy", "flow axes"],
+    [
+        pytest.param({}, id="coulomb"),
+        pytest.param({"friction": Voellmy(10, 50.0)}, id="voellmy"),
+        pytest.param({"earth_pressure": MohrCoulombFlow(40, 20)}, id="flow axes", marks=pytest.mark.slow),
+    ],
 )
 def test_on_level_ground_it_is_the_cloud_of_a_profile(more):
     depth = heap(GRADED)

@@ -89,17 +89,22 @@ def test_what_flows_down_through_a_section_adds_to_what_comes_in():
 @pytest.mark.parametrize(
     "scene",
     [
-        FED,
-        wide(CLOUD),
-        wide(
-            CLOUD,
-            friction=solver.Coulomb(10),
-            earth_pressure=MohrCoulombFlow(30, 10),
-            inflows=(solver.Inflow("top", ((0, -3.2), (0, 3.2)), RISE, froude=1.0),),
+        pytest.param(FED, id="fed"),
+        pytest.param(wide(CLOUD), id="two"),
+        pytest.param(
+            wide(
+                CLOUD,
+                friction=solver.Coulomb(10),
+                earth_pressure=MohrCoulombFlow(30, 10),
+                inflows=(solver.Inflow("top", ((0, -3.2), (0, 3.2)), RISE, froude=1.0),),
+            ),
+            id="earth pressure",
+            marks=pytest.mark.slow,
         ),
-        wide(CLOUD, erodible_bed=ErodibleBed(np.full(CLOUD.shape, 0.05), GrowthRate(0.02))),
+        pytest.param(
+            wide(CLOUD, erodible_bed=ErodibleBed(np.full(CLOUD.shape, 0.05), GrowthRate(0.02))), id="erosion"
+        ),
     ],
-    ids=["fed", "two", "earth pressure", "erosion"],
 )
 def test_a_restart_changes_nothing(scene):
     whole, second = with_and_without_a_restart(scene, 40.0, 80)

@@ -248,16 +248,19 @@ LOOSE = ErodibleBed(np.full(IN_VALLEY.shape, 0.05), GrowthRate(0.02))
 @pytest.mark.parametrize(
     "scene",
     [
-        down_valley(),
-        down_valley(erodible_bed=LOOSE),
-        down_valley(
-            friction=solver.Coulomb(10),
-            earth_pressure=MohrCoulombFlow(30, 10),
-            inflows=(Inflow("top", ((10, 33), (10, 45)), RISE, froude=1.0),),
+        pytest.param(down_valley(), id="valley"),
+        pytest.param(down_valley(erodible_bed=LOOSE), id="erosion"),
+        pytest.param(
+            down_valley(
+                friction=solver.Coulomb(10),
+                earth_pressure=MohrCoulombFlow(30, 10),
+                inflows=(Inflow("top", ((10, 33), (10, 45)), RISE, froude=1.0),),
+            ),
+            id="flow axes",
+            marks=pytest.mark.slow,
         ),
-        on_plane(Inclined(30.0, 15.0)),
+        pytest.param(on_plane(Inclined(30.0, 15.0)), id="plane"),
     ],
-    ids=["valley", "erosion", "flow axes", "plane"],
 )
 def test_a_restart_changes_nothing(scene):
     whole, second = with_and_without_a_restart(scene, 40.0, 80)
