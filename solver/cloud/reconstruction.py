@@ -178,13 +178,15 @@ def slopes_at(now: Fields, gradient: Gradient, start: int, stop: int, dry: float
 
 
 @kernel(unaliased=True)
-def find_steadiness(now: Fields, normal: Array, start: int, stop: int, slopes: Array) -> None:
-    """Find which share of its steps of velocity a cell keeps that is much faster than all around it.
+def find_most_slower(now: Fields, normal: Array, start: int, stop: int, slopes: Array) -> None:
+    """Find by how much slower than its mean a cell may be at a face, as it is told by all around it.
 
-    They may be faster by 2 c and by LEADING of their speed, by which velocities on a curved bed differ. A
-    face bounds what it is shown by one difference at a time. A film whose lopsided support says that it is
-    slower ahead, while all around it is slower, would leave by its slow part in each step, and what stays
-    would be ever faster. The share is the square of these over the lead.
+    A face bounds what it is shown by one difference at a time, and what lies behind the cell is read off a
+    lopsided gradient. A cell that is slower at the faces that it leaves by, while hardly anything comes that
+    is faster, leaves by its slow part in each step, and what stays is ever faster. So its steps are bounded
+    by twice what the fastest around it is faster, as on a lattice, where that is what lies behind. Beside
+    that it may be slower by 2 c and LEADING of its speed, by which velocities on a curved bed differ, and by
+    the square of these over the lead where it is faster than all around it by more.
 
     Parameters
     ----------
@@ -195,16 +197,16 @@ def find_steadiness(now: Fields, normal: Array, start: int, stop: int, slopes: A
     start, stop : int
         The cells.
     slopes : (9, cells) array
-        As `slopes_at` fills it; the last row is filled with the share, 0 to 1.
+        As `slopes_at` fills it; the last row is filled with the bound times the speed of the cell, m2 s-2.
     """
     h, u, v = now
     for k in range(start, stop):
         i = np.uint64(k)
-        lag, u_i, v_i = slopes[8, i], u[i], v[i]
-        lead = lag * lag if lag < 0.0 else 0.0
+        more, u_i, v_i = slopes[8, i], u[i], v[i]
         square = u_i * u_i + v_i * v_i
         sent = (4.0 * normal[i] * h[i] + LEADING * LEADING * square) * square
-        slopes[8, i] = sent / (lead + 1e-300) if lead > sent else 1.0
+        most = math.sqrt(sent)
+        slopes[8, i] = most + 2.0 * more if more > 0.0 else (sent / -more if -more > most else most)
 
 
 @kernel(unaliased=True)
@@ -288,7 +290,7 @@ def state_at_face(
     beyond: tuple[float, float, float],
     gap: tuple[float, float, float],
     off: tuple[float, float, float],
-    share: float,
+    most_slower: float,
     part: float,
     sign: float,
     beta: float,
@@ -307,8 +309,8 @@ def state_at_face(
         Mean depth (m), normal and tangential velocity (m s-1) of the cell and of the cell beyond.
     gap, off : tuple
         What the gradients make of the way to the cell beyond, and of the rest.
-    share : float
-        Of the steps of velocity that the cell keeps, as `find_steadiness` has it.
+    most_slower : float
+        Bound of what it is slower at the face, times its speed, from `find_most_slower`, m2 s-2.
     part : float
         Part of the way to the cell beyond at which the face stands.
     sign : float
@@ -326,11 +328,12 @@ def state_at_face(
     ahead, t_ahead = n_beyond if h_beyond > dry else n, t_beyond if h_beyond > dry else t
     n_behind = ahead - 2.0 * gap[1]
     steepness = steepness_of(sign * (n_behind if h_behind > dry else n), sign * ahead)
-    at_face = (
-        h + step_to_face(gap[0], h_beyond - h, part, steepness) + off[0],
-        share * (step_to_face(gap[1], ahead - n, part, steepness) + off[1]),
-        share * (step_to_face(gap[2], t_ahead - t, part, 2.0) + off[2]),
-    )
+    n_step = step_to_face(gap[1], ahead - n, part, steepness) + off[1]
+    t_step = step_to_face(gap[2], t_ahead - t, part, 2.0) + off[2]
+    slower = -(n * n_step + t * t_step)
+    share = (most_slower + 1e-300) / (slower + 1e-300) if slower > most_slower else 1.0
+    depth_at_face = h + step_to_face(gap[0], h_beyond - h, part, steepness) + off[0]
+    at_face = depth_at_face, share * n_step, share * t_step
     behind = h_behind, n_behind, beta * h_behind
     least = least_shown(h, n, lead(n, n_behind, sign), beta * h_behind)
     depth, normal, tangential = face_state(cell, at_face, h_beyond, behind, least, sign, dry)

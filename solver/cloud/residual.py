@@ -23,7 +23,7 @@ from solver.cloud.faces import (
 )
 from solver.cloud.fluxes import CloudBuffers, fluxes_through
 from solver.cloud.on_surface import loading, pull_across
-from solver.cloud.reconstruction import find_steadiness, flatten_fed, slopes_at
+from solver.cloud.reconstruction import find_most_slower, flatten_fed, slopes_at
 from solver.cloud.sections import admit_into, close_doors, forget_above, measure_faces
 from solver.compiled import kernel
 from solver.kernels.boundary import account, stopped
@@ -277,7 +277,7 @@ def cloud_stage(
         for r in range(activity.counts[2]):
             a, b = activity.sloped_runs[r]
             slopes_at(now, gradient, a, b, material.dry, buffers.slopes)
-            find_steadiness(now, bed.normal, a, b, buffers.slopes)
+            find_most_slower(now, bed.normal, a, b, buffers.slopes)
             forget_above(now, gradient, doors, a, b, material.dry, buffers.slopes)
             flatten_fed(buffers.slopes, faces, sides, first_side[a // LANES], first_side[b // LANES])
     # boundary faces are few: all from the first to the last that take part

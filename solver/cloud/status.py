@@ -11,7 +11,7 @@ from solver.cloud.arrays import CloudArrays
 from solver.cloud.faces import Faces, beyond, fill_ghosts_beyond, half_of
 from solver.cloud.flow_axes import Ways, axes_at, strain_along_flow
 from solver.cloud.on_surface import in_frame, pull_across, way_in_frame
-from solver.cloud.reconstruction import find_steadiness, flatten_fed, slopes_at, strain_at
+from solver.cloud.reconstruction import find_most_slower, flatten_fed, slopes_at, strain_at
 from solver.cloud.sections import forget_above
 from solver.compiled import kernel
 from solver.kernels.boundary import status_at_depth
@@ -269,7 +269,7 @@ def classify_cloud(arrays: CloudArrays) -> float:
         first, last = faces.first_side[start // LANES], faces.first_side[stop // LANES]
         fill_ghosts_beyond(now, status.beta_x, status.beta_y, faces, sides, first, last)
         slopes_at(now, arrays.gradient, start, stop, material.dry, slopes)
-        find_steadiness(now, bed.normal, start, stop, slopes)
+        find_most_slower(now, bed.normal, start, stop, slopes)
         forget_above(now, arrays.gradient, arrays.doors, start, stop, material.dry, slopes)
         if material.transition[1] > 0.0:
             find_strain(arrays.ways, arrays, start, stop)

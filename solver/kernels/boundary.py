@@ -112,9 +112,10 @@ def leaving_at_depth(leaving: float, h: float, depth: float, beta: float) -> flo
     """Outward velocity beyond a side of given depth, m s-1.
 
     What the flow inside sends out is its invariant ``leaving + 2 c``; where it is slower than its waves the
-    depth outside gives the rest, up to waves that stand. Were its own velocity fed back to it instead, it
-    would feed itself. What is faster than its waves goes out as it is, or comes in as the layer it is of; a
-    film is of none.
+    depth outside gives the rest, up to waves that stand. What is faster than its waves goes out as it is, or
+    comes in as the layer it is of; a film is of none. Outside this layer is slower by what it gains as it
+    thins, the invariant ``leaving - 2 c`` that comes in. Were the velocity inside fed back as it is, a layer
+    that thins would feed itself, ever faster.
 
     Parameters
     ----------
@@ -124,6 +125,8 @@ def leaving_at_depth(leaving: float, h: float, depth: float, beta: float) -> flo
         Given depth, m, and g cos(xi) K of the cell, m s-2.
     """
     inside, outside = math.sqrt(beta * h), math.sqrt(beta * depth)
-    if leaving >= inside > 0.0 or (leaving < -inside and h >= LAYER * depth):
+    if leaving >= inside > 0.0:
         return leaving
+    if leaving < -inside and h >= LAYER * depth:
+        return min(max(leaving, leaving + 2.0 * (outside - inside)), -outside)
     return max(leaving + 2.0 * (inside - outside), -outside)

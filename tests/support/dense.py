@@ -32,8 +32,10 @@ def leaving_at_depth(leaving, h, depth, beta):
     """Outward velocity beyond a side of given depth, by what the flow inside sends out."""
     inside, outside = np.sqrt(beta * h), np.sqrt(beta * depth)
     by_invariant = np.maximum(leaving + 2 * (inside - outside), -outside)
-    faster = ((leaving >= inside) & (inside > 0)) | ((leaving < -inside) & (h >= depth / 2))
-    return np.where(faster, leaving, by_invariant)
+    # a layer that comes in faster than its waves is slower outside, by what it gains as it thins
+    layer = np.minimum(np.maximum(leaving, leaving + 2 * (outside - inside)), -outside)
+    found = np.where((leaving < -inside) & (h >= depth / 2), layer, by_invariant)
+    return np.where((leaving >= inside) & (inside > 0), leaving, found)
 
 
 def before(side, h, n, t, rise, beta):

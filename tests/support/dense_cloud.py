@@ -125,14 +125,16 @@ class CloudRun(Twin):
         found[self.cells.side_cell[fed]] = 0
         return found
 
-    def steadiness(self, h, u, v):
-        """Share of its slopes of velocity that a cell keeps; it falls where the cell leads all around it."""
+    def most_slower(self, h, u, v):
+        """What a cell may be slower at a face, times its speed: by the fastest around it, or its lead."""
         seen = self.neighbours[:, 1:]
         more = np.stack([q[seen] - q[:, None] for q in (u, v)])
         along = np.where(h[seen] > self.dry, more[0] * u[:, None] + more[1] * v[:, None], -np.inf).max(axis=1)
         square = u**2 + v**2
-        lead, sent = np.minimum(along, 0.0) ** 2, (4 * self.normal * h + 0.01**2 * square) * square
-        return np.where(lead > sent, sent / np.where(lead > sent, lead, 1.0), 1.0)
+        sent = (4 * self.normal * h + 0.01**2 * square) * square
+        most, lead = np.sqrt(sent), np.maximum(-along, 0.0)
+        leading = np.where(lead > most, sent / np.where(lead > most, lead, 1.0), most)
+        return np.where(along > 0, most + 2 * np.maximum(along, 0), leading)
 
     def stretched(self, q, h, k):
         """Rate of stretching along axis k by the others of a support; none beside a given depth."""
@@ -203,7 +205,7 @@ class CloudRun(Twin):
         sign, part, off = 1 - 2 * side, self.part[side], self.rest_of_way[side]
         way, n = sign * self.way, self.face_normal
         h, u, v = (q[: self.n] for q in state)
-        kept = np.concatenate([self.steadiness(h, u, v), np.ones(len(state.h) - self.n)])[here]
+        most = np.concatenate([self.most_slower(h, u, v), np.zeros(len(state.h) - self.n)])[here]
         found = self.slopes(h), *(self.slopes_of_velocity(q, h) for q in (u, v))
         none = np.zeros((len(state.h) - self.n, 2))
         slopes = [np.concatenate([q, none])[here] for q in found]
@@ -221,11 +223,11 @@ class CloudRun(Twin):
         n_behind = ahead - 2 * n_gap
         beta = sum(b[here] * q**2 for b, q in zip(self.beta, n.T, strict=True))
         steepness = steepness_of(sign * np.where(h_behind > self.dry, n_behind, n_0), sign * ahead)
-        at_face = (
-            h_0 + toward(h_gap, h_1 - h_0, part, steepness) + h_off,
-            kept * (toward(n_gap, ahead - n_0, part, steepness) + n_off),
-            kept * (toward(t_gap, t_ahead - t_0, part, 2.0) + t_off),
-        )
+        n_step = toward(n_gap, ahead - n_0, part, steepness) + n_off
+        t_step = toward(t_gap, t_ahead - t_0, part, 2.0) + t_off
+        slower = -(n_0 * n_step + t_0 * t_step)
+        kept = np.where(slower > most, (most + 1e-300) / np.where(slower > most, slower + 1e-300, 1), 1.0)
+        at_face = h_0 + toward(h_gap, h_1 - h_0, part, steepness) + h_off, kept * n_step, kept * t_step
         behind = h_behind, n_behind, beta * h_behind
         depth, normal, tangential = face_state((h_0, n_0, t_0), at_face, h_1, behind, sign, self.dry)
         # what moves away from a film shows it no velocity beyond what its waves have there
