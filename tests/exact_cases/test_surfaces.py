@@ -65,11 +65,17 @@ ARCS = [
     (Bowl(RADIUS), 30, 2, 3e-4),
     (Bowl(RADIUS), 45, 1, 1e-4),
 ]
+# once what was as fast as its neighbour to round-off counted as torn off it: 2.7e-2 and 3.3e-3 on the sphere
+COARSE_ARCS = [
+    *((Trough(azimuth, RADIUS), azimuth, 4, 1.5e-5) for azimuth in (0, 30, 45)),
+    (Bowl(RADIUS), 0, 4, 1.8e-4),
+    (Bowl(RADIUS), 0, 2, 1.1e-4),
+]
 
 
 @pytest.mark.parametrize(
     ("layout", "surface", "azimuth", "spacing", "most"),
-    [("lattice", Trough(0, RADIUS), 0, 4, 1.5e-5)]
+    [("lattice", *arc) for arc in COARSE_ARCS]
     + [(layout, *arc) for layout in ("lattice", "cloud") for arc in ARCS],
 )
 def test_along_an_arc_without_gravity_no_energy_is_made_or_lost(layout, surface, azimuth, spacing, most):
