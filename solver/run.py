@@ -329,16 +329,20 @@ def sides_of(scene: Scene) -> Sides:
     if isinstance(scene.terrain, Surface):
         if given != ("open",) * 4:
             raise ValueError("on a surface all sides are open")
-        return Sides(np.full(4, OPEN), np.zeros(4), np.zeros(4))
+        return Sides(np.full(4, OPEN), *np.zeros((4, 4)))
     for side in given:
         if side not in KINDS and (isinstance(side, str) or not 0 <= side < np.inf):
             raise ValueError(f"a side must be one of {', '.join(KINDS)} or a depth, not {side!r}")
     along, normal = gravity_along_and_normal(scene, np.array(scene.points.x), np.full(2, scene.points.y[0]))
     lean = np.sign(along) * np.maximum(0.0, np.abs(along) - scene.least_coefficient * normal)
+    u, v = (np.where(scene.depth > 0, q, 0.0) for q in (scene.velocity_x, scene.velocity_y))
+    first = np.array([float(np.max(each, initial=0.0)) for each in (u, -u, v, -v)])
     return Sides(
         np.array([KINDS[s] if isinstance(s, str) else DEPTH for s in given]),
         np.array([0.0 if isinstance(s, str) else float(s) for s in given]),
         np.array([*lean, 0.0, 0.0]),
+        first,
+        first.copy(),
     )
 
 

@@ -18,6 +18,7 @@ from solver.kernels.friction import resistance_at_rest
 from solver.physics.earth_pressure import Isotropic
 from solver.physics.friction import Edwards
 from solver.physics.resistance import DryTurbulent
+from solver.run import sides_of
 from solver.scene import Scene
 
 # Error of the ledger relative to what was released and came in.
@@ -82,6 +83,8 @@ class Laws:
             float(np.sqrt(self.pressure * self.given)),
             0.0 if self.coming is None else self.coming.speed,
         )
+        inward = sides_of(scene).excess * [1, -1, 0, 0] * [side > 0 for side in given]
+        self.driven = float(inward.max(initial=0.0))
         highest = ground.range if self.given else float(self.potential[wet].max(initial=0.0))
         self.fallen = float(np.sqrt(2 * (highest + ground.beyond(highest) + ground.unseen)))
         # what was released beside drains has left before the first step
@@ -136,9 +139,9 @@ class Laws:
 
     def speed_limit(self, time: float) -> float:
         """Speed that first speed, waves of the deepest state so far and falling add up to, m s-1."""
-        # what comes in may have fallen from far above
-        fallen = self.fallen + (time * float(np.abs(self.along).max()) if self.given else 0.0)
-        return float(np.hypot(self.first + 2 * np.sqrt(self.pressure * self.deepest), fallen))
+        # a layer beyond a side of given depth is driven as long as the run
+        first = self.first + self.driven * time
+        return float(np.hypot(first + 2 * np.sqrt(self.pressure * self.deepest), self.fallen))
 
     def of_state(self, state: State) -> list[Check]:
         """Check a state."""

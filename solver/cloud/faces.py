@@ -229,6 +229,10 @@ def fill_ghosts_beyond(
         if kind == DEPTH:
             sign = 1.0 if side % 2 == 1 else -1.0
             if side < 2:
-                u[ghost] = sign * leaving_at_depth(sign * u[i], h[i], sides.depth[side], beta_x[i])
+                u[ghost] = sign * leaving_at_depth(
+                    sign * u[i], h[i], sides.depth[side], beta_x[i], sides.fastest[side]
+                )
             else:
-                v[ghost] = sign * leaving_at_depth(sign * v[i], h[i], sides.depth[side], beta_y[i])
+                v[ghost] = sign * leaving_at_depth(
+                    sign * v[i], h[i], sides.depth[side], beta_y[i], sides.fastest[side]
+                )

@@ -10,6 +10,7 @@ from solver.cloud.residual import cloud_stage
 from solver.cloud.sections import open_blocks
 from solver.cloud.status import classify_cloud
 from solver.compiled import kernel
+from solver.kernels.boundary import drive_layers
 from solver.kernels.erosion import entrain, erode_cell
 from solver.kernels.record import record_cells
 from solver.kernels.runge_kutta import (
@@ -84,6 +85,7 @@ def moving_volume_exceeds(arrays: CloudArrays, volume: float, started: bool) -> 
 @kernel(as_source=True, cached=False)
 def begin_step(arrays: CloudArrays, limits: Limits, progress: Progress) -> tuple[int, float, int]:
     """Find what is to be stepped, whether anything moves, and the largest wave rate, s-1."""
+    drive_layers(arrays.sides, progress.time[0])
     rate = classify_cloud(arrays)
     waits = progress.time[0] < arrays.inflows.until[0]
     if waits:
@@ -105,8 +107,10 @@ def take_stage(
     now, one, two = arrays.now, arrays.first_stage, arrays.second_stage
     source = now if k == 0 else (one if k % 2 == 1 else two)
     out = one if k % 2 == 0 else two
-    if k == 0 and len(arrays.inflows.cell) > 0:
-        begin_inflow(arrays.inflows, progress.time[0], dt)
+    if k == 0:
+        drive_layers(arrays.sides, progress.time[0] + dt)
+        if len(arrays.inflows.cell) > 0:
+            begin_inflow(arrays.inflows, progress.time[0], dt)
     if cells > 0:
         cloud_stage(arrays, source, out, part, share, dt, progress.ledger, k == 0)
     if k == len(SSP_RK3) - 1:

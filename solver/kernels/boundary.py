@@ -8,11 +8,13 @@ from solver.arrays import Array
 from solver.compiled import kernel
 from solver.kernels.friction import below_yield
 from solver.kernels.runge_kutta import added
-from solver.kernels.state import BELOW_YIELD, DRY, NO_SLIP, OPEN, WALL
+from solver.kernels.state import BELOW_YIELD, DRY, NO_SLIP, OPEN, WALL, Sides
 from solver.physics.resistance import Uniform
 
 # What has this share of a given depth at least may be of the layer that is fed.
 LAYER = 0.5
+# Relative difference of velocities that are the same.
+ROUND_OFF = 1e-9
 
 
 @kernel(inline=True)
@@ -107,15 +109,28 @@ def status_at_depth(
     return 0.0, 2.0 * math.sqrt(beta * h)
 
 
+@kernel(inline=True)
+def drive_layers(sides: Sides, time: float) -> None:
+    """Set how fast layers beyond sides of given depth may be at a time, s.
+
+    Nothing is known of them but that they move as what is in the domain does at the start, and that gravity
+    and dry friction act on them.
+    """
+    for k in range(4):
+        inward = sides.excess[k] if k == 0 else -sides.excess[k]
+        # an even layer inside, which is as fast, differs by round-off
+        sides.fastest[k] = (1.0 + ROUND_OFF) * (sides.first[k] + max(0.0, inward) * time)
+
+
 @kernel()
-def leaving_at_depth(leaving: float, h: float, depth: float, beta: float) -> float:
+def leaving_at_depth(leaving: float, h: float, depth: float, beta: float, fastest: float) -> float:
     """Outward velocity beyond a side of given depth, m s-1.
 
     What the flow inside sends out is its invariant ``leaving + 2 c``; where it is slower than its waves the
     depth outside gives the rest, up to waves that stand. What is faster than its waves goes out as it is, or
     comes in as the layer it is of; a film is of none. Outside this layer is slower by what it gains as it
-    thins, the invariant ``leaving - 2 c`` that comes in. Were the velocity inside fed back as it is, a layer
-    that thins would feed itself, ever faster.
+    thins, the invariant ``leaving - 2 c`` that comes in, and no faster than `drive_layers` tells. Were the
+    velocity inside fed back as it is, a layer that thins would feed itself, ever faster.
 
     Parameters
     ----------
@@ -123,10 +138,12 @@ def leaving_at_depth(leaving: float, h: float, depth: float, beta: float) -> flo
         Outward velocity (m s-1) and depth (m) of the cell inside.
     depth, beta : float
         Given depth, m, and g cos(xi) K of the cell, m s-2.
+    fastest : float
+        Of `Sides`, m s-1.
     """
     inside, outside = math.sqrt(beta * h), math.sqrt(beta * depth)
     if leaving >= inside > 0.0:
         return leaving
     if leaving < -inside and h >= LAYER * depth:
-        return min(max(leaving, leaving + 2.0 * (outside - inside)), -outside)
+        return min(max(leaving, leaving + 2.0 * (outside - inside), -fastest), -outside)
     return max(leaving + 2.0 * (inside - outside), -outside)

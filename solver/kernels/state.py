@@ -61,11 +61,16 @@ class Sides(NamedTuple):
     excess
         Excess driving acceleration there: what gravity along the bed has over dry friction, with its sign,
         m s-2.
+    first, fastest
+        Inward speed that a layer beyond a DEPTH side has at most, m s-1: at the start and, by `drive_layers`,
+        now.
     """
 
     kind: Indices
     depth: Array
     excess: Array
+    first: Array
+    fastest: Array
 
 
 class Fluxes(NamedTuple):

@@ -43,7 +43,16 @@ def depth_at_wall(h: float, rise: float) -> float:
 
 @kernel()
 def ghosts_beyond(
-    h: Array, n: Array, t: Array, cell: int, outward: int, kind: int, depth: float, beta: float, rise: float
+    h: Array,
+    n: Array,
+    t: Array,
+    cell: int,
+    outward: int,
+    kind: int,
+    depth: float,
+    beta: float,
+    rise: float,
+    fastest: float,
 ) -> None:
     """Fill the ghosts beyond one outermost cell.
 
@@ -59,6 +68,8 @@ def ghosts_beyond(
         Depth outside a DEPTH side, m, and g cos(xi) K of the cell, m s-2.
     rise : float
         Change of depth per spacing outward that gravity needs at a wall, m.
+    fastest : float
+        Of `Sides`, m s-1.
     """
     for k in range(GHOSTS):
         ghost, mirror = cell + (k + 1) * outward, cell - k * outward
@@ -70,7 +81,7 @@ def ghosts_beyond(
         else:
             sign = 1.0 if outward > 0 else -1.0
             h[ghost], t[ghost] = depth, t[cell]
-            n[ghost] = sign * leaving_at_depth(sign * n[cell], h[cell], depth, beta)
+            n[ghost] = sign * leaving_at_depth(sign * n[cell], h[cell], depth, beta, fastest)
 
 
 @kernel(unaliased=True)
@@ -116,25 +127,23 @@ def fill_ghosts(
     """
     h, u, v = now
     m, rows = grid.stride, grid.rows
-    kind, depth, excess = sides
+    kind, depth, excess, _, fastest = sides
     for j in range(max(first - GHOSTS, 0), min(last + GHOSTS, rows - 1) + 1):
         filled = spans[0, j] < spans[1, j]
         if kind[0] == DEPTH or (filled and spans[0, j] < 2 * GHOSTS):
             cell = j * m + GHOSTS
-            ghosts_beyond(
-                h, u, v, cell, -ONE, kind[0], depth[0], beta_x[cell], -excess[0] * grid.dx / beta_x[cell]
-            )
+            rise = -excess[0] * grid.dx / beta_x[cell]
+            ghosts_beyond(h, u, v, cell, -ONE, kind[0], depth[0], beta_x[cell], rise, fastest[0])
         if kind[1] == DEPTH or (filled and spans[1, j] > m - 2 * GHOSTS):
             cell = j * m + m - GHOSTS - 1
-            ghosts_beyond(
-                h, u, v, cell, ONE, kind[1], depth[1], beta_x[cell], excess[1] * grid.dx / beta_x[cell]
-            )
+            rise = excess[1] * grid.dx / beta_x[cell]
+            ghosts_beyond(h, u, v, cell, ONE, kind[1], depth[1], beta_x[cell], rise, fastest[1])
     for k, row, way in ((2, GHOSTS, -1), (3, rows - GHOSTS - 1, 1)):
         if (k == 2 and first >= 2 * GHOSTS) or (k == 3 and last < rows - 2 * GHOSTS):
             continue
         if kind[k] == DEPTH:
             for cell in range(row * m, row * m + m):
-                ghosts_beyond(h, v, u, cell, way * m, kind[k], depth[k], beta_y[cell], 0.0)
+                ghosts_beyond(h, v, u, cell, way * m, kind[k], depth[k], beta_y[cell], 0.0, fastest[k])
             continue
         a, b = hull(spans, min(row, row - way), max(row, row - way))
         for i in range(GHOSTS):

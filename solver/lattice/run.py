@@ -144,6 +144,8 @@ class LatticeRun(Run):
             np.where(self.inner, OPEN, self.part.sides(self.sides.kind)),
             np.where(self.inner, 0.0, self.sides.depth),
             np.where(self.inner, 0.0, self.sides.excess),
+            self.sides.first,
+            self.sides.fastest,
         )
         columns = np.arange(window.west - GHOSTS, window.east + GHOSTS).clip(window.west, window.east - 1)
         self.bed = Bed(*(values[columns] for values in self.columns))

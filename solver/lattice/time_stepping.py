@@ -6,6 +6,7 @@ import math
 
 from solver.arrays import Indices
 from solver.compiled import kernel
+from solver.kernels.boundary import drive_layers
 from solver.kernels.erosion import entrain, erode_cell
 from solver.kernels.record import Record, record_run
 from solver.kernels.runge_kutta import (
@@ -88,6 +89,7 @@ def erode(arrays: LatticeArrays, first: int, last: int, dt: float) -> None:
 def begin_step(arrays: LatticeArrays, limits: Limits, progress: Progress) -> tuple[int, float, Rows]:
     """Find what is to be stepped, whether anything moves, and the largest wave rate, s-1."""
     now, status, sides, grid, spans = arrays.now, arrays.status, arrays.sides, arrays.grid, arrays.spans
+    drive_layers(sides, progress.time[0])
     rate = classify(now, status, arrays.bed, arrays.material, sides, grid, spans)
     beside = classify_beside(now, status, arrays.bed, arrays.material, grid, arrays.walls, spans)
     rate = max(rate, beside)
@@ -116,6 +118,7 @@ def take_stage(
     now, one, two = arrays.now, arrays.first_stage, arrays.second_stage
     first, last, cells = rows
     if k == 0:
+        drive_layers(arrays.sides, progress.time[0] + dt)
         if len(arrays.inflows.cell) > 0:
             begin_inflow(arrays.inflows, progress.time[0], dt)
         copy_surroundings(now, one, arrays.spans.stepped, arrays.grid, first, last)

@@ -28,17 +28,17 @@ class Flux(NamedTuple):
     pressure: np.ndarray
 
 
-def leaving_at_depth(leaving, h, depth, beta):
+def leaving_at_depth(leaving, h, depth, beta, fastest=np.inf):
     """Outward velocity beyond a side of given depth, by what the flow inside sends out."""
     inside, outside = np.sqrt(beta * h), np.sqrt(beta * depth)
     by_invariant = np.maximum(leaving + 2 * (inside - outside), -outside)
     # a layer that comes in faster than its waves is slower outside, by what it gains as it thins
-    layer = np.minimum(np.maximum(leaving, leaving + 2 * (outside - inside)), -outside)
+    layer = np.minimum(np.maximum(np.maximum(leaving, -fastest), leaving + 2 * (outside - inside)), -outside)
     found = np.where((leaving < -inside) & (h >= depth / 2), layer, by_invariant)
     return np.where((leaving >= inside) & (inside > 0), leaving, found)
 
 
-def before(side, h, n, t, rise, beta):
+def before(side, h, n, t, rise, beta, fastest=np.inf):
     """Two ghosts before the first column; n is the velocity along the rows, rise gains depth at a wall."""
     mirrored = side in ("wall", "no-slip")
     mode = "symmetric" if mirrored else "edge"
@@ -49,7 +49,7 @@ def before(side, h, n, t, rise, beta):
     if side == "no-slip":
         t[:, :2] *= -1
     if not isinstance(side, str):
-        n[:, :2] = -leaving_at_depth(-n[:, 2], h[:, 2], side, beta)[:, None]
+        n[:, :2] = -leaving_at_depth(-n[:, 2], h[:, 2], side, beta, fastest)[:, None]
         h[:, :2] = side
     return h, n, t
 
@@ -64,16 +64,17 @@ def transposed(state):
     return State(state.h.T, state.v.T, state.u.T)
 
 
-def padded(state, sides, rises=(0.0, 0.0), betas=(1.0, 1.0, 1.0, 1.0)):
+def padded(state, sides, rises=(0.0, 0.0), betas=(1.0, 1.0, 1.0, 1.0), fastest=4 * (np.inf,)):
     """Ghosts on all four sides: x_min, x_max, y_min, y_max, each "open", "wall", "no-slip" or a depth.
 
     rises : gain of depth per spacing toward the walls at x_min and x_max, one or a row each. betas : g cos xi
-    K of the outermost cells at every side, those at y_min and y_max with the ghosts beside them.
+    K of the outermost cells at every side, those at y_min and y_max with the ghosts beside them. fastest :
+    speeds inward of layers beyond given depths at most.
     """
     gains = [np.broadcast_to(q, len(state.h)) for q in rises]
     for k in (0, 2):
-        state = before(sides[k], *state, gains[0], betas[k])
-        state = flipped(before(sides[k + 1], *flipped(state), gains[1], betas[k + 1]))
+        state = before(sides[k], *state, gains[0], betas[k], fastest[k])
+        state = flipped(before(sides[k + 1], *flipped(state), gains[1], betas[k + 1], fastest[k + 1]))
         state = transposed(State(*state))
         gains = [np.zeros(len(state.h))] * 2
     return State(*(np.ascontiguousarray(q) for q in state))
@@ -287,6 +288,8 @@ class Twin:
         wet = scene.depth > self.dry
         velocity = scene.velocity_x, scene.velocity_y
         self.state = State(scene.depth.copy(), *(np.where(wet, q, 0.0) for q in velocity))
+        # given depths of these scenes are on level ground
+        self.fastest = [float(np.max(sign * q)) for q in self.state[1:] for sign in (1, -1)]
         self.tangent = np.tan(np.radians(scene.friction.bed_friction))
         turbulent = isinstance(scene.friction, Voellmy)
         self.drag = scene.gravity / scene.friction.turbulent_friction if turbulent else 0.0
@@ -381,7 +384,8 @@ class Run(Twin):
         """Pad a state by its ghosts."""
         west, east = self.beta_x[2:-2, 2], self.beta_x[2:-2, -3]
         rises = -self.excess[0] / west * self.dx, self.excess[1] / east * self.dx
-        return padded(state, self.sides, rises, (west, east, self.beta_y[2], self.beta_y[-3]))
+        betas = west, east, self.beta_y[2], self.beta_y[-3]
+        return padded(state, self.sides, rises, betas, self.fastest)
 
     def classify(self):
         """Set padded beta_x, beta_y and static; return the largest wave rate and the volume that moves."""

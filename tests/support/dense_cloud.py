@@ -105,7 +105,7 @@ class CloudRun(Twin):
             if not isinstance(kind, str):
                 q, beta = (u, self.beta[0]) if side < 2 else (v, self.beta[1])
                 sign, i = 2 * (side % 2) - 1, self.cells.side_cell[b]
-                q[b] = sign * leaving_at_depth(sign * q[b], h[b], kind, beta[i])
+                q[b] = sign * leaving_at_depth(sign * q[b], h[b], kind, beta[i], self.fastest[side])
                 h[b] = kind
             if kind == "no-slip" or (kind == "wall" and side < 2):
                 u[b] = -u[b]

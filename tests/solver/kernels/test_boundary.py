@@ -14,7 +14,7 @@ from solver.lattice.residual import restrict_side
 from solver.physics.earth_pressure import Isotropic
 from solver.physics.friction import Coulomb
 from solver.physics.terrain import Plane
-from solver.points.cloud import PointCloud
+from solver.points.cloud import PointCloud, random_points
 from solver.points.lattice import Lattice
 from solver.scene import Boundaries, Scene
 from solver.simulation import simulate
@@ -27,7 +27,10 @@ SIDES.append(("wall", "no-slip", "open", "wall"))
 def numbered(sides, lean=(0.0, 0.0)):
     given = [0.0 if isinstance(side, str) else side for side in sides]
     return Sides(
-        np.array([KINDS.get(side, DEPTH) for side in sides]), np.array(given), np.array([*lean, 0.0, 0.0])
+        np.array([KINDS.get(side, DEPTH) for side in sides]),
+        np.array(given),
+        np.array([*lean, 0.0, 0.0]),
+        *np.full((2, 4), np.inf),
     )
 
 
@@ -216,3 +219,30 @@ def test_a_wall_does_not_throw_back_what_gravity_presses_against_it(layout):
     assert run.state[0].max() > 3e-3
     # HLL between the layer and its image throws it back at some m/s
     assert min(uphill) > -0.05
+
+
+@pytest.mark.parametrize("layout", ["lattice", "cloud"])
+def test_a_given_depth_does_not_feed_what_it_sends_in(layout):
+    """Depth 1 beside a dry floor that is open on all other sides: once 17 m/s on this cloud after 200 s."""
+    lattice, cloud = Lattice((0, 5), (0, 4), 0.5), random_points((0, 5), (0, 4), 80, 1)
+    points = lattice if layout == "lattice" else cloud
+    dry = np.zeros(points.shape)
+    case = Scene(points, Plane(0), dry, dry, dry, Coulomb(0), boundaries=Boundaries(y_min=1.0))
+    run = simulate(case, [10.0, 40.0, 100.0])
+    fastest = [float(np.hypot(u, v).max()) for u, v in zip(run.velocity_x, run.velocity_y, strict=True)]
+    # it comes in as fast as its waves
+    assert max(fastest) < 1.3 * np.sqrt(9.81)
+    assert fastest[2] <= fastest[1] * (1 + 1e-3)
+
+
+@pytest.mark.parametrize("layout", ["lattice", "cloud"])
+def test_an_even_layer_goes_on_beyond_a_given_depth_as_gravity_and_friction_drive_it(layout):
+    lattice, cloud = Lattice((0, 5), (0, 4), 0.5), random_points((0, 5), (0, 4), 80, 1)
+    points = lattice if layout == "lattice" else cloud
+    depth = np.full(points.shape, 0.2)
+    sides = Boundaries(0.2, "open", "wall", "wall")
+    case = Scene(points, Plane(30), depth, 0 * depth + 2.5, 0 * depth, Coulomb(20), boundaries=sides)
+    run = simulate(case, [2.0])
+    pull = 9.81 * (np.sin(np.radians(30)) - np.tan(np.radians(20)) * np.cos(np.radians(30)))
+    np.testing.assert_allclose(run.depth[-1], 0.2, rtol=1e-12)
+    np.testing.assert_allclose(run.velocity_x[-1], 2.5 + 2 * pull, rtol=1e-12)
