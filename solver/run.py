@@ -335,7 +335,8 @@ def sides_of(scene: Scene) -> Sides:
             raise ValueError(f"a side must be one of {', '.join(KINDS)} or a depth, not {side!r}")
     along, normal = gravity_along_and_normal(scene, np.array(scene.points.x), np.full(2, scene.points.y[0]))
     lean = np.sign(along) * np.maximum(0.0, np.abs(along) - scene.least_coefficient * normal)
-    u, v = (np.where(scene.depth > 0, q, 0.0) for q in (scene.velocity_x, scene.velocity_y))
+    h, *velocity = state_of(scene)
+    u, v = (np.where(h > 0, q, 0.0) for q in velocity)
     first = np.array([float(np.max(each, initial=0.0)) for each in (u, -u, v, -v)])
     return Sides(
         np.array([KINDS[s] if isinstance(s, str) else DEPTH for s in given]),

@@ -42,7 +42,9 @@ def test_the_faces_of_a_line_lead_from_end_to_end_whichever_it_was_drawn_from(st
     x = (found.sign * found.along_x * LATTICE.dy).sum()
     y = (found.sign * ~found.along_x * LATTICE.dx).sum()
     assert x * found.direction[0] + y * found.direction[1] > 0
-    assert np.hypot(x, y) == pytest.approx(np.hypot(end[0] - start[0], end[1] - start[1]), abs=2.2)
+    # it is widened to whole cells, by less than one at each end in either direction
+    for total, length, side in ((y, end[0] - start[0], LATTICE.dx), (x, end[1] - start[1], LATTICE.dy)):
+        assert abs(total) == pytest.approx(abs(length), abs=2 * side)
     for name in ("row", "column", "sign", "along_x", "width"):
         assert np.array_equal(getattr(found, name), getattr(again, name))
 
