@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from pipeline.assess.frames import mean_spacing, on_surface, space
 from pipeline.assess.gridding import gridded
+from pipeline.assess.pressure import DENSITY, densities
 from pipeline.store.variables import CHOSEN_FOR, COMPUTED, RETURN_PERIOD, STATUS, WEIGHT, Status
 
 MAXIMA = ("max_depth", "max_speed", "max_momentum_flux", "arrival_time", "erosion_depth")
@@ -209,8 +210,8 @@ def ensemble(store: xr.Dataset, spacing: float | None = None) -> xr.Dataset:
     -------
     Dataset
         Over ``run``, ``y`` and ``x``: the maxima and the arrival time that were kept, lazy; over ``run``:
-        ``status``, ``weight``, which sums to 1 over the planned runs, and where the scenario gives it
-        ``return_period``, years; the places of the points.
+        ``status``, ``weight``, which sums to 1 over the planned runs, ``flow_density``, kg m-3, and where the
+        scenario gives it ``return_period``, years; the places of the points.
 
     Raises
     ------
@@ -234,7 +235,7 @@ def ensemble(store: xr.Dataset, spacing: float | None = None) -> xr.Dataset:
     places = [name for name in PLACES if name in runs.variables]
     runs = runs[[*kept, STATUS.name]].reset_coords()[[*kept, STATUS.name, *places]].set_coords(places)
     runs = runs.drop_vars("run", errors="ignore")
-    shares = {WEIGHT.name: weights(store)}
+    shares = {WEIGHT.name: weights(store), DENSITY: densities(store)}
     if RETURN_PERIOD.name in store.variables:
         shares[RETURN_PERIOD.name] = store[RETURN_PERIOD.name].to_numpy().astype(np.float64)
     runs = runs.assign_coords({name: ("run", values) for name, values in shares.items()})

@@ -13,6 +13,7 @@ from scipy.spatial import KDTree
 
 from pipeline.assess.ensemble import computed
 from pipeline.assess.frames import plan_area, space
+from pipeline.assess.pressure import densities, pressure
 from pipeline.scenario.scenario import stored
 from pipeline.settings.receptor import Receptor
 from pipeline.settings.section import Pair
@@ -119,7 +120,7 @@ def reached(store: xr.Dataset) -> pd.DataFrame:
         If the scenario has receptors and the store lacks a field.
     """
     said = stored(store.attrs)
-    receptors, density = said.places, said.hazard.density
+    receptors, density = said.places, densities(store)
     missing = [name for name in FIELDS if name not in store]
     if receptors and missing:
         title = store.attrs["title"]
@@ -144,7 +145,7 @@ def reached(store: xr.Dataset) -> pd.DataFrame:
                     "receptor": receptor.name,
                     "reached": pd.array(np.isfinite(arrival), "boolean"),
                     **largest,
-                    "max_pressure": density * speed**2 / 1000,
+                    "max_pressure": pressure(speed, density),
                     "arrival_time": np.where(known, arrival, np.nan),
                 }
             )

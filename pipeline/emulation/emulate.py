@@ -70,7 +70,7 @@ def emulate(runs: Sampled, asked: Hazard, count: int = DRAWS) -> Emulated:
         "emulated-missing": pd.DataFrame(missing_runs(runs, chosen, scalars)),
     }
     comment = f"{count:,} draws emulated from {runs.words}{_filled(found['emulated-missing'])}"
-    maps = mapped(runs, asked, chosen, few)
+    maps = mapped(runs, chosen, few)
     if maps is not None:
         store = runs.stores[0]
         maps = maps.assign_attrs(

@@ -13,10 +13,9 @@ from pipeline.assess.frames import on_surface
 from pipeline.assess.probability import BOUNDS
 from pipeline.assess.probability import exceedance as plain_exceedance
 from pipeline.emulation.sampled import Sampled
-from pipeline.emulation.thresholds import Threshold, exceedance_of, limit_of
+from pipeline.emulation.thresholds import Threshold, exceedance_of
 from pipeline.hazard.mapping import THREADS
-from pipeline.hazard.quantities import BOUND_NAMES, QUANTITIES, Quantity
-from pipeline.settings.hazard import Hazard
+from pipeline.hazard.quantities import BOUND_NAMES, QUANTITIES, Quantity, values_of
 from pipeline.store.variables import COORDINATES, SURFACE_COORDINATES
 from solver.emulator.exceedance import REST, Exceedance
 from solver.emulator.levels import Draws
@@ -30,7 +29,7 @@ ERRORS = {
 }
 
 
-def mapped(runs: Sampled, asked: Hazard, chosen: Sequence[Threshold], draws: Draws) -> xr.Dataset | None:
+def mapped(runs: Sampled, chosen: Sequence[Threshold], draws: Draws) -> xr.Dataset | None:
     """Map the thresholds that leave-one-out supports; None where there is none.
 
     Returns
@@ -52,13 +51,11 @@ def mapped(runs: Sampled, asked: Hazard, chosen: Sequence[Threshold], draws: Dra
             if each.quantity == quantity and not each.receptor and not each.verdict.refused
         ]
         if some:
-            found.update(_quantity(runs, asked, quantity, some, draws))
+            found.update(_quantity(runs, quantity, some, draws))
     return found if len(found.data_vars) else None
 
 
-def _quantity(
-    runs: Sampled, asked: Hazard, quantity: Quantity, some: Sequence[Threshold], draws: Draws
-) -> xr.Dataset:
+def _quantity(runs: Sampled, quantity: Quantity, some: Sequence[Threshold], draws: Draws) -> xr.Dataset:
     layers: dict[str, list[Array]] = {ending: [] for ending in ("", *ERRORS)}
     for each in some:
         assert each.chosen is not None
@@ -75,7 +72,7 @@ def _quantity(
         said = words if not ending else f"{words}: {ERRORS[ending]}"
         whole = np.stack(maps).astype(np.float32)
         found[name + ending] = ((dim, "y", "x"), whole, {"long_name": said, "units": "1"})
-    return found.merge(_plain(runs, quantity, thresholds, asked, dim))
+    return found.merge(_plain(runs, quantity, thresholds, dim))
 
 
 def with_errors(result: Exceedance, typical: float | None = None) -> Mapping[str, Array]:
@@ -102,14 +99,11 @@ def _laid(runs: Sampled, values: Array, beyond: float) -> Array:
     return laid
 
 
-def _plain(
-    runs: Sampled, quantity: Quantity, thresholds: Sequence[float], asked: Hazard, dim: str
-) -> xr.Dataset:
+def _plain(runs: Sampled, quantity: Quantity, thresholds: Sequence[float], dim: str) -> xr.Dataset:
     """Give the share of the runs of the coarsest level and its bounds, at the nearest of its points."""
-    limits = [limit_of(quantity, threshold, asked.density) for threshold in thresholds]
     grid, coarse = runs.whole[-1], runs.whole[0]
     with dask.config.set(scheduler="threads", num_workers=THREADS):
-        shares = xr.Dataset(plain_exceedance(coarse[quantity.field], limits, coarse, dim)).compute()
+        shares = xr.Dataset(plain_exceedance(values_of(quantity, coarse), thresholds, coarse, dim)).compute()
     near = shares.sel(x=grid["x"], y=grid["y"], method="nearest").assign_coords(x=grid["x"], y=grid["y"])
     words = f"share of runs whose {quantity.long_name} exceeds the threshold"
     spacing = f", at {runs.spacings[0]:g} m" if len(runs.stores) > 1 else ""

@@ -123,9 +123,10 @@ def _emulator(runs: Sampled, target: Target) -> Chosen:
     name = target.quantity.field
     if name not in runs.stores[0]:
         raise NotEmulatedError(f"{target}: expected {name}, which output.fields leaves out")
-    limit = limit_of(target.quantity, target.threshold, runs.settings.hazard.density)
+    limit = limit_of(target.quantity, target.threshold, runs.density)
     weight = runs.judged(runs.usable[0])
-    _, places = choose(runs.fields(name), [limit], weight, SIZES[name], mapped=False)
+    fields = runs.fields(name, of_pressure=target.quantity.name == "pressure")
+    _, places = choose(fields, [limit], weight, SIZES[name], mapped=False)
     if (target.receptor, limit) not in places:
         raise NotEmulatedError(
             f"{target}: a threshold of {target.threshold:g} is too low to be told from dry"

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from pipeline.assess.ensemble import computed, counts, ensemble
 from pipeline.assess.frames import threshold_of
+from pipeline.assess.pressure import densities
 from pipeline.assess.probability import Values
 from pipeline.assess.receptors import Cells
 from pipeline.assess.spacing import root_rows
@@ -174,14 +175,34 @@ class Sampled:
         judged: Array = found / found.sum()
         return judged
 
-    def fields(self, name: str) -> list[FieldLevel]:
-        """Give a maximum of the usable runs of each level, loaded, with the cells of the receptors."""
+    @cached_property
+    def density(self) -> float:
+        """Mean density of the flow of the runs, kg m-3, that speeds of a pressure are given for."""
+        return float(np.mean(self._densities[0]))
+
+    @cached_property
+    def densities_differ(self) -> bool:
+        """Whether the flow of some runs is denser than that of others, so that pressure is no speed."""
+        return any(bool((each != self.density).any()) for each in self._densities)
+
+    @cached_property
+    def _densities(self) -> tuple[Array, ...]:
+        """Density of the flow of the runs of each level, shape (runs,), kg m-3."""
+        return tuple(np.concatenate([densities(store) for store in level]) for level in self.pool)
+
+    def fields(self, name: str, *, of_pressure: bool = False) -> list[FieldLevel]:
+        """Give a maximum of the usable runs of each level, loaded, with the cells of the receptors.
+
+        Of a pressure these are the speeds that have it at the mean density.
+        """
         pairs = [None, *self.pairs(self.usable)]
         found = []
         for level, (runs, rows, before) in enumerate(zip(self.ensembles, self.usable, pairs, strict=True)):
             cells = Cells(runs) if self.settings.places else None
             places = {each.name: cells.of(each) for each in self.settings.places} if cells else {}
             held = self._maxima(level, name)
+            if of_pressure and self.densities_differ:
+                held = held * np.sqrt(self._densities[level][rows] / self.density)[:, None, None]
             if np.isnan(held).any():
                 raise NotEmulatedError(f"{name} is missing at places of computed runs")
             y, x = (runs[axis].to_numpy() for axis in ("y", "x"))

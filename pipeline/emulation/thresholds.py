@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from pipeline.assess.pressure import speed_of
 from pipeline.emulation.sampled import Sampled
-from pipeline.hazard.quantities import PASCALS, QUANTITIES, Quantity
+from pipeline.hazard.quantities import QUANTITIES, Quantity
 from pipeline.settings.hazard import Hazard
 from pipeline.store.variables import RETURN_PERIOD
 from solver.emulator import support
@@ -90,12 +91,19 @@ def left_plain(runs: Sampled) -> list[dict[str, object]]:
 
 def limit_of(quantity: Quantity, threshold: float, density: float) -> float:
     """Give the value of its field at which a quantity reaches a threshold: of a pressure the speed."""
-    return float(np.sqrt(threshold * PASCALS / density)) if quantity.name == "pressure" else threshold
+    return speed_of(threshold, density) if quantity.name == "pressure" else threshold
 
 
 def fitted(runs: Sampled, asked: Hazard) -> list[Threshold]:
     """Fit what is asked for on maps, and at receptors, where depth counts from what reaches them on."""
-    return [each for name in SIZES for each in _of_field(runs, asked, name)]
+    pressures = [each for each in QUANTITIES if each.name == "pressure" and runs.densities_differ]
+    others = [each for each in QUANTITIES if each not in pressures]
+    return [
+        each
+        for name in SIZES
+        for together in (others, pressures)
+        for each in _of_field(runs, asked, name, together)
+    ]
 
 
 def exceedance_of(runs: Sampled, chosen: Chosen, draws: Draws, *, mapped: bool = False) -> Exceedance:
@@ -115,20 +123,20 @@ def exceedance_of(runs: Sampled, chosen: Chosen, draws: Draws, *, mapped: bool =
     return replace(found, past=half)
 
 
-def _of_field(runs: Sampled, asked: Hazard, name: str) -> Iterator[Threshold]:
-    """Fit the thresholds of all quantities that come from one field."""
+def _of_field(runs: Sampled, asked: Hazard, name: str, together: Sequence[Quantity]) -> Iterator[Threshold]:
+    """Fit the thresholds of those quantities that come from one field."""
     if name not in runs.stores[0]:
         return
     wanted: dict[tuple[Quantity, float], float] = {}
-    for quantity in QUANTITIES:
+    for quantity in together:
         thresholds = set(getattr(asked, quantity.name)) if quantity.field == name else set()
         if thresholds and quantity.name == "depth" and runs.threshold is not None:
             thresholds.add(runs.threshold)
         for threshold in sorted(thresholds):
-            wanted[quantity, threshold] = limit_of(quantity, threshold, asked.density)
+            wanted[quantity, threshold] = limit_of(quantity, threshold, runs.density)
     if not wanted:
         return
-    fields = runs.fields(name)
+    fields = runs.fields(name, of_pressure=all(each.name == "pressure" for each in together))
     limits = list(dict.fromkeys(wanted.values()))
     maps, places = choose(fields, limits, runs.judged(runs.usable[0]), SIZES[name])
     for (quantity, threshold), limit in wanted.items():

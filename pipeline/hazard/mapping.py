@@ -14,6 +14,7 @@ from pipeline.assess.ensemble import (
     events_per_year,
 )
 from pipeline.assess.frames import on_surface
+from pipeline.assess.pressure import of_runs, told
 from pipeline.assess.probability import (
     BOUNDS,
     Bounds,
@@ -25,7 +26,7 @@ from pipeline.assess.probability import (
 )
 from pipeline.hazard import intensity
 from pipeline.hazard.layers import EARLIEST
-from pipeline.hazard.quantities import ALWAYS, BOUND_NAMES, PASCALS, QUANTILE_NAMES, QUANTITIES, Quantity
+from pipeline.hazard.quantities import ALWAYS, BOUND_NAMES, QUANTILE_NAMES, QUANTITIES, Quantity, values_of
 from pipeline.settings.hazard import Hazard
 from pipeline.store.variables import (
     BUILDING,
@@ -78,7 +79,8 @@ def map_hazard(runs: xr.Dataset, settings: Hazard) -> xr.Dataset:
             if words := variable.attrs.get("long_name"):
                 variable.attrs["long_name"] = str(words).replace("share of runs", "share of events", 1)
     found = _without_buildings(found)
-    return found.assign_attrs(_attributes(counts(runs), settings, frequency))
+    density = told(of_runs(runs).to_numpy())
+    return found.assign_attrs(density=density, **_attributes(counts(runs), settings, frequency))
 
 
 def nowhere(found: xr.Dataset) -> list[str]:
@@ -116,21 +118,17 @@ def _quantity(quantity: Quantity, runs: xr.Dataset, settings: Hazard) -> xr.Data
     """Map one quantity by its thresholds and quantiles."""
     dim = f"{quantity.name}_threshold"
     thresholds = np.asarray(getattr(settings, quantity.name), np.float64)
-    pressure = quantity.name == "pressure"
-    found = xr.Dataset()
+    found, field = xr.Dataset(), values_of(quantity, runs)
     if thresholds.size:
-        # the speed at which the pressure is reached
-        limits = np.sqrt(thresholds * PASCALS / settings.density) if pressure else thresholds
         found = _shares(
             f"{quantity.name}_exceedance",
-            exceedance(runs[quantity.field], limits.tolist(), runs, dim),
+            exceedance(field, thresholds.tolist(), runs, dim),
             f"share of runs whose {quantity.long_name} exceeds the threshold",
         )
         about = {"long_name": f"threshold of the {quantity.long_name}", "units": quantity.units}
         found = found.assign_coords({dim: (dim, thresholds, about)})
     if thresholds.size or quantity.name in ALWAYS:
-        for bound, values in quantiles(runs[quantity.field], settings.quantiles, runs).items():
-            values = values**2 * settings.density / PASCALS if pressure else values
+        for bound, values in quantiles(field, settings.quantiles, runs).items():
             name = f"quantile of the {quantity.long_name}{QUANTILE_NAMES[bound]}"
             about = {"long_name": name, "units": quantity.units}
             found[f"{quantity.name}_quantile{bound}"] = values.astype(np.float32).assign_attrs(about)
@@ -227,7 +225,6 @@ def _attributes(count: Counts, settings: Hazard, frequency: float | None) -> dic
         "Conventions": "CF-1.12",
         "comment": str(count),
         **count.attributes,
-        "density": settings.density,
         "intensity_source": settings.intensity.source,
         "level_source": settings.levels.source,
         "intensity_share": settings.share,

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-PASCALS = 1000.0
+import xarray as xr
+
+from pipeline.assess.pressure import of_runs, pressure
+
 BOUND_NAMES = {
     "": "",
     "_lower": ", if no failed or pending run does, and overrun and cut-off ones do as they were computed",
@@ -36,3 +39,9 @@ QUANTITIES = (
 )
 # of these quantiles are mapped where no threshold is asked for
 ALWAYS = ("depth", "speed", "erosion_depth")
+
+
+def values_of(quantity: Quantity, runs: xr.Dataset) -> xr.DataArray:
+    """Give a quantity of the runs of an ensemble, over ``run`` and the points, in its units."""
+    found: xr.DataArray = runs[quantity.field]
+    return pressure(found.astype("f8"), of_runs(runs)) if quantity.name == "pressure" else found

@@ -518,7 +518,7 @@ class Explorer {
     const speed = this.value("max_speed", run, at.i), arrival = this.value("arrival_time", run, at.i);
     rows.push(["largest depth", unit(this.value("max_depth", run, at.i), "m"), "depth"]);
     rows.push(["largest speed", unit(speed, "m/s"), "speed"]);
-    rows.push(["dynamic pressure", unit((this.data.density * speed ** 2) / 1000, "kPa")]);
+    rows.push(["dynamic pressure", unit((run.density * speed ** 2) / 1000, "kPa")]);
     rows.push(["arrival", arrival === null ? "not reached" : unit(arrival, "s"), "arrival"]);
     const period = Number(this.find("period")?.value ?? 0);
     rows.push(["head", period ? `Events of ${this.data.periods[period - 1].words}` : "All runs"]);

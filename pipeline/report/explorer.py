@@ -13,6 +13,7 @@ from pipeline.assess.ensemble import censored, computed, periods, weights
 from pipeline.assess.frames import mean_spacing
 from pipeline.assess.georeference import Frame
 from pipeline.assess.gridding import gridded
+from pipeline.assess.pressure import densities
 from pipeline.assess.tables import values
 from pipeline.gis import symbology
 from pipeline.gis.symbology import Style
@@ -43,7 +44,7 @@ def explorer(store: xr.Dataset, found: xr.Dataset, frame: Frame | None, settings
     frame : Frame, optional
         Of this lattice.
     settings : Hazard
-        Thresholds, and the density for pressure.
+        Thresholds.
     """
     known = computed(store).to_numpy()
     if not set(FIELDS) <= set(store) or not known.any():
@@ -69,7 +70,6 @@ def explorer(store: xr.Dataset, found: xr.Dataset, frame: Frame | None, settings
         "frames": frames,
         "runs": _runs(store, known, order, reach),
         "periods": _periods(store, settings),
-        "density": settings.density,
         "thresholds": _thresholds(settings, steps),
         "styles": _styles(found, steps, whole),
         "receptors": json.loads(found.attrs.get("receptors", "[]")),
@@ -153,7 +153,7 @@ def _runs(
     store: xr.Dataset, known: NDArray[np.bool_], order: NDArray[np.intp], reach: Array
 ) -> list[dict[str, Any]]:
     """Say of each run, in the order of run-out, what became of it and what it is."""
-    share, open_ended = weights(store), censored(store).to_numpy()
+    share, open_ended, density = weights(store), censored(store).to_numpy(), densities(store)
     varied = [c for c in store.coords.values() if c.dims == ("run",) and "key" in c.attrs]
     return [
         {
@@ -162,6 +162,7 @@ def _runs(
             "computed": bool(known[run]),
             "censored": bool(open_ended[run]),
             "weight": float(share[run]),
+            "density": float(density[run]),
             "reach": float(reach[run]) if np.isfinite(reach[run]) else None,
             "of": {str(c.name).replace("_", " "): _parameter(c, int(run)) for c in varied},
         }

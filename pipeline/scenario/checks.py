@@ -31,7 +31,7 @@ from pipeline.settings.physics import AnyTerrain
 from pipeline.settings.points import FilePoints
 from pipeline.settings.sample import power_of_two
 from pipeline.settings.section import Pair
-from pipeline.settings.settings import OF_POLYGONS, Settings
+from pipeline.settings.settings import MATERIAL_DENSITY, OF_POLYGONS, Settings
 from pipeline.settings.structures import PLACE, place_of
 from solver.physics.elevation import ElevationModel
 from solver.physics.terrain import SlopeProfile
@@ -337,7 +337,8 @@ class _Judge:
         ]
         drawn = [*_far_out(settings), *_uneven(settings), *reversed_periods(settings)]
         odd = [*flat, *self.unusual.items()]
-        return [*files, *lost, *short, *odd, *late, *self.cut.items(), *_left_out(settings), *drawn]
+        kept = [*_left_out(settings), *_densities(settings)]
+        return [*files, *lost, *short, *odd, *late, *self.cut.items(), *kept, *drawn]
 
     def _points(self, settings: Settings) -> list[Problem]:
         """Read the file of a ``file`` layout, once, and list what is wrong with its points."""
@@ -501,6 +502,21 @@ def _left_out(settings: Settings) -> list[tuple[Path, str]]:
     if not kept & FOR_MAPS:
         found.append((path, "leaves out all maxima, so that there is nothing to map"))
     return found
+
+
+def _densities(settings: Settings) -> list[tuple[Path, str]]:
+    """Say where pressures are of another density than the flow."""
+    asked, own = settings.hazard.density, getattr(settings.material, "density")  # noqa: B009
+    if asked is None:
+        return []
+    said = f"pressures are computed with {asked:g} kg m-3 in all runs"
+    if MATERIAL_DENSITY in settings.varied:
+        other = f"{MATERIAL_DENSITY} differs between the runs"
+    elif own is not None and own != asked:
+        other = f"{MATERIAL_DENSITY} is {own:g}"
+    else:
+        return []
+    return [(("hazard", "density"), f"{said}, but {other}: leave it out for the density of each run")]
 
 
 def _far_out(settings: Settings) -> list[tuple[Path, str]]:

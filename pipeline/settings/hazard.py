@@ -22,6 +22,8 @@ RECOMMENDATION = (
     "BWW, BRP and BUWAL (1997): Berücksichtigung der Hochwassergefahren bei raumwirksamen Tätigkeiten, "
     "Empfehlungen, Biel; debris flows"
 )
+# of debris flows, kg m-3
+USUAL_DENSITY = 2000.0
 _CRS = re.compile(r"[A-Za-z]+:[0-9]+")
 
 
@@ -115,7 +117,11 @@ class Levels(Section):
 class Hazard(Section):
     """What `pipeline hazard` maps."""
 
-    density: Positive = key("of the flow, for its dynamic pressure", "kg m-3", 2000.0)
+    density: Positive | None = key(
+        "of the flow, for its dynamic pressure. Default: `material.density` of each run, without one 2000",
+        "kg m-3",
+        None,
+    )
     depth: Thresholds = key("thresholds of the largest depth", "m", (0.5, 1.0, 2.0))
     speed: Thresholds = key("thresholds of the largest speed", "m s-1", (1.0, 5.0, 10.0))
     momentum_flux: Thresholds = key(

@@ -11,7 +11,7 @@ from pipeline.settings import erodible_bed
 from pipeline.settings import inflow as inflow_settings
 from pipeline.settings.erodible_bed import ErodibleBed
 from pipeline.settings.generated import FlatSection, tag
-from pipeline.settings.hazard import Georeference, Hazard
+from pipeline.settings.hazard import USUAL_DENSITY, Georeference, Hazard
 from pipeline.settings.inflow import Inflow, MeasuredSection
 from pipeline.settings.physics import DEFAULT_SCHEME, AnyRelease, AnyScheme, AnyTerrain, Material
 from pipeline.settings.points import LatticePoints, Points, Region
@@ -169,6 +169,7 @@ def _periods(value: Any) -> str:
 
 
 OF_POLYGONS = "polygons"
+MATERIAL_DENSITY = "material.density"
 # one for all runs, or as above, or as polygons of releases say
 Periods = Annotated[
     Annotated[Positive, Tag("all")]
@@ -437,6 +438,11 @@ class Settings(Section):
         # two digits are enough, and are read more easily
         step = 10.0 ** (floor(log10(latest)) - 1)
         return ceil(latest / step) * step
+
+    @property
+    def density(self) -> float:
+        """Density of the flow for its dynamic pressure, kg m-3; of its material unless one is written."""
+        return self.hazard.density or getattr(self.material, "density") or USUAL_DENSITY  # noqa: B009
 
     @property
     def zones(self) -> tuple[Zone, ...]:

@@ -22,7 +22,7 @@ sample:
   {count}
   values:
     material.turbulent_friction: {{distribution: uniform, lower: 200, upper: 1200}}
-    release.volume: {{distribution: uniform, lower: 0.5, upper: 1.5}}
+    release.volume: {{distribution: uniform, lower: 0.5, upper: 1.5}}{more}
 hazard: {{depth: [0.5], speed: []}}
 receptors:
   - {{name: near, point: [48, 0]}}
@@ -38,11 +38,14 @@ def scaled(store):
     return np.stack([turbulent, store["volume"].to_numpy() - 0.5], axis=1)
 
 
-def sheet(count=64, levels="", status=None, noise=None):
-    """Give the store of a sampled scenario; on ``levels`` also that of 16 runs of a thinner sheet."""
+def sheet(count=64, levels="", status=None, noise=None, more=""):
+    """Give the store of a sampled scenario; on ``levels`` also that of 16 runs of a thinner sheet.
+
+    more : further lines of the sample's values.
+    """
     said = f"levels: [{{spacing: {SPACING:g}, count: {count}}}, {{spacing: {CLOSE:g}, count: 16}}]"
     asked = said if levels else f"count: {count}"
-    text = TEXT.format(spacing=CLOSE if levels else SPACING, count=asked)
+    text = TEXT.format(spacing=CLOSE if levels else SPACING, count=asked, more=more)
     made = [_store(text, count, SPACING, 0.0, status, noise)]
     return [*made, _store(text, 16, CLOSE, THINNER, None, None)] if levels else made
 

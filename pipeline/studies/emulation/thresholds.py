@@ -68,7 +68,7 @@ def _above(each: Threshold, runs: Sampled, truth: Truth) -> NDArray[np.bool_]:
     if each.quantity is ARRIVAL:
         # as the emulator is asked: before the time
         return np.asarray(_inverse(values) > MINUTE / each.threshold)
-    limit = limit_of(each.quantity, each.threshold, runs.settings.hazard.density)
+    limit = limit_of(each.quantity, each.threshold, runs.density)
     return np.asarray(values > limit)
 
 

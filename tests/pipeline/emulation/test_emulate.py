@@ -102,6 +102,23 @@ def test_receptors_have_probabilities_with_errors_beside_those_of_the_runs(whole
     assert rows["emulated_discretisation"].isna().all()
 
 
+def test_pressures_are_of_the_density_of_each_run():
+    (store,) = sheet(more="\n    material.density: {distribution: uniform, lower: 1000, upper: 2400}")
+    runs = of([store])
+    found = emulate(runs, runs.settings.hazard.model_copy(update={"depth": (), "pressure": (20.0,)}), 1024)
+    rows = found.tables["emulated-receptors"].set_index(["receptor", "quantity"])
+    row = rows.loc[("near", "pressure")]
+    at, density = places(4096), 1000 + 1400 * np.random.default_rng(0).random(4096)
+    speed = 5 * depths(at, np.array([48.0]), np.array([0.0]))[:, 0, 0]
+    known = np.mean(density * speed**2 / 1000 > 20)
+    assert 0.1 < known < 0.9
+    assert row["emulated"] == pytest.approx(known, abs=0.01)
+    at_cell = found.maps.sel(x=48.0, y=0.0, pressure_threshold=20.0)
+    assert float(at_cell["pressure_exceedance"]) == pytest.approx(row["probability"], abs=1e-6)
+    # the speed at a mean density has another share
+    assert abs(np.mean(1700 * speed**2 / 1000 > 20) - known) > 0.01
+
+
 def test_quantiles_stand_beside_those_of_the_runs(whole):
     rows = whole.tables["emulated-scenarios"].set_index(["quantity", "share"])
     row = rows.loc[("runout_distance", 0.95)]

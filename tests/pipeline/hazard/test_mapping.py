@@ -14,6 +14,7 @@ from typer.testing import CliRunner
 from pipeline.assess import ensemble as ensembles
 from pipeline.assess.ensemble import NotTogetherError, counts, ensemble, together
 from pipeline.assess.probability import BOUNDS, quantiles
+from pipeline.assess.receptors import reached
 from pipeline.cli.app import app
 from pipeline.hazard.intensity import UNKNOWN
 from pipeline.hazard.layers import layers
@@ -378,3 +379,36 @@ def test_thresholds_that_nothing_exceeds_are_named():
     assert nowhere(mapped(depth, settings=Hazard(depth=(1,), speed=(1,)))) == [
         "no computed run has a largest speed above 1 m s-1 anywhere"
     ]
+
+
+HEAVY = """\
+name: heavy
+terrain: {{profile: plane, angle: 15}}
+domain: {{x: [0, 2], y: [0, 2]}}
+points: {{spacing: 1}}
+release: {{shape: box, x: [0, 1], y: [0, 1], height: 1}}
+material: {{bed_friction: 20, earth_pressure: isotropic{density}}}
+receptors: [{{name: house, point: [0, 0]}}]
+{more}
+"""
+
+
+@pytest.mark.parametrize(
+    ("density", "more", "pressures", "told"),
+    [
+        ("", "", [200, 200], 2000),
+        (", density: 1800", "", [180, 180], 1800),
+        (", density: 1800", "hazard: {density: 1000}", [100, 100], 1000),
+        (", density: 1800", "sweep: {material.density: [1500, 2500]}", [150, 250], "1500 to 2500"),
+    ],
+)
+def test_pressure_has_the_density_of_the_material_of_its_run(density, more, pressures, told):
+    held = store(np.ones((2, 2)), np.full((2, 2), 10.0), scenario=HEAVY.format(density=density, more=more))
+    if "sweep" in more:
+        held = held.assign_coords(density=("run", [1500.0, 2500.0], {"key": "material.density"}))
+    found = map_hazard(ensemble(held), Hazard(pressure=(160.0,), quantiles=(0.5, 1.0))).isel(x=0).squeeze()
+    assert float(found["pressure_exceedance"]) == np.mean(np.array(pressures) > 160)
+    assert found["pressure_quantile"].values.tolist() == pressures
+    assert found.attrs["density"] == told
+    wide = xr.concat([held, held.assign_coords(y=[1.0])], "y", data_vars="minimal")
+    assert reached(wide)["max_pressure"].tolist() == pressures

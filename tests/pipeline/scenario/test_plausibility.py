@@ -68,3 +68,12 @@ def test_larger_events_that_come_more_often_are_warned_of():
     (line,) = warned(release=release, sweep=sweep, return_periods={key: [100, 30, 10]})
     assert f"return_periods.{key}: the larger event, 100, has the shorter return period, 30 years" in line
     assert warned(release=release, sweep={key: [200, 50]}, return_periods={key: [100, 10]}) == ()
+
+
+def test_two_densities_are_warned_of():
+    assert warned(hazard={"density": 2000}) == ()
+    (line,) = warned(hazard={"density": 1800})
+    assert "hazard.density: pressures are computed with 1800 kg m-3 in all runs" in line
+    assert "material.density is 2000" in line
+    (line,) = warned(hazard={"density": 2000}, sweep={"material.density": [1800, 2000]})
+    assert "material.density differs between the runs: leave it out" in line
