@@ -31,6 +31,16 @@ def number(value: object) -> str:
     return str(value)
 
 
+def percent(share: float) -> str:
+    """Write a share as a percentage without powers of ten; what is no whole is not rounded to it."""
+    size = 100 * share
+    if 99.5 <= size < 100:
+        return "more than 99 %"
+    if 0 < size < 0.01:
+        return "less than 0.01 %"
+    return f"{size:.0f} %" if size >= 9.95 else f"{size:.2g} %"
+
+
 def written(units: str) -> str:
     """Write a unit of the CF conventions for people: ``m s-1`` as ``m/s``."""
     return WRITTEN.get(units, units)

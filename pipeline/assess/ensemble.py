@@ -10,9 +10,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from pipeline.assess.frames import mean_spacing, on_surface, space
+from pipeline.assess.frames import DENSITY, densities, mean_spacing, on_surface, space
 from pipeline.assess.gridding import gridded
-from pipeline.assess.pressure import DENSITY, densities
 from pipeline.store.variables import CHOSEN_FOR, COMPUTED, RETURN_PERIOD, STATUS, WEIGHT, Status
 
 MAXIMA = ("max_depth", "max_speed", "max_momentum_flux", "arrival_time", "erosion_depth")

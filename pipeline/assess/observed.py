@@ -17,6 +17,7 @@ from pipeline.assess.georeference import Frame, MapAxes
 from pipeline.assess.receptors import Cells
 from pipeline.inputs import text_table
 from pipeline.inputs.polygons import crossing
+from pipeline.readable import percent
 from pipeline.scenario.scenario import stored
 
 Array = NDArray[np.float64]
@@ -108,7 +109,7 @@ def _refuse_outside(
     )
     axes = "x are eastings, y northings" if on_surface(store) else ALONG_BED
     raise ObservationError(
-        f"{path}: {100 * share:.2g} % of the observed deposit, {has}, is outside the domain of "
+        f"{path}: {percent(share)} of the observed deposit, {has}, is outside the domain of "
         f"{store.attrs['title']}, {holds}; run it on a larger domain, or check the file's coordinates: {axes}"
     )
 
@@ -149,7 +150,7 @@ def _footprint(store: xr.Dataset, cells: Cells) -> tuple[Array, Array]:
 def _refuse_outside_map(path: Path, share: float, store: xr.Dataset) -> None:
     if share > SLIVER:
         raise ObservationError(
-            f"{path}: {100 * share:.2g} % of the observed deposit is outside the domain of "
+            f"{path}: {percent(share)} of the observed deposit is outside the domain of "
             f"{store.attrs['title']}; run it on a larger domain, or check the reference system"
         )
 

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from pipeline.assess.ensemble import computed
-from pipeline.assess.frames import plan_area, space
-from pipeline.assess.pressure import densities, pressure
+from pipeline.assess.frames import densities, plan_area, pressure, space
 from pipeline.scenario.scenario import stored
 from pipeline.settings.receptor import Receptor
 from pipeline.settings.section import Pair

@@ -13,6 +13,8 @@ from rich.console import Console
 from rich.measure import measure_renderables
 from rich.table import Table
 
+from pipeline.readable import percent
+
 if TYPE_CHECKING:
     import pandas as pd
 
@@ -159,7 +161,7 @@ def _status(row: Mapping[Hashable, Any]) -> str:
     from pipeline.runs.summary import overrun
 
     status = str(row["status"])
-    words = [f"overrun {100 * overrun(row):.2g} %"] if "overrun" in status else []
+    words = [f"overrun {percent(overrun(row))}"] if "overrun" in status else []
     shown = ", ".join([*words, *(["cut off"] if "cut_off" in status else [])]) or status
     return f"[{STYLES.get(status, OTHER_STYLE)}]{shown}[/]"
 

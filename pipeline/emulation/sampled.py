@@ -12,8 +12,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from pipeline.assess.ensemble import computed, counts, ensemble
-from pipeline.assess.frames import threshold_of
-from pipeline.assess.pressure import densities
+from pipeline.assess.frames import densities, threshold_of
 from pipeline.assess.probability import Values
 from pipeline.assess.receptors import Cells
 from pipeline.assess.spacing import root_rows

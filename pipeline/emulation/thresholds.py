@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pipeline.assess.pressure import speed_of
+from pipeline.assess.frames import speed_of
 from pipeline.emulation.sampled import Sampled
 from pipeline.hazard.quantities import QUANTITIES, Quantity
 from pipeline.settings.hazard import Hazard

@@ -13,8 +13,7 @@ from pipeline.assess.ensemble import (
     counts,
     events_per_year,
 )
-from pipeline.assess.frames import on_surface
-from pipeline.assess.pressure import of_runs, told
+from pipeline.assess.frames import on_surface, run_densities, told_density
 from pipeline.assess.probability import (
     BOUNDS,
     Bounds,
@@ -79,7 +78,7 @@ def map_hazard(runs: xr.Dataset, settings: Hazard) -> xr.Dataset:
             if words := variable.attrs.get("long_name"):
                 variable.attrs["long_name"] = str(words).replace("share of runs", "share of events", 1)
     found = _without_buildings(found)
-    density = told(of_runs(runs).to_numpy())
+    density = told_density(run_densities(runs).to_numpy())
     return found.assign_attrs(density=density, **_attributes(counts(runs), settings, frequency))
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import xarray as xr
 
-from pipeline.assess.pressure import of_runs, pressure
+from pipeline.assess.frames import pressure, run_densities
 
 BOUND_NAMES = {
     "": "",
@@ -44,4 +44,4 @@ ALWAYS = ("depth", "speed", "erosion_depth")
 def values_of(quantity: Quantity, runs: xr.Dataset) -> xr.DataArray:
     """Give a quantity of the runs of an ensemble, over ``run`` and the points, in its units."""
     found: xr.DataArray = runs[quantity.field]
-    return pressure(found.astype("f8"), of_runs(runs)) if quantity.name == "pressure" else found
+    return pressure(found.astype("f8"), run_densities(runs)) if quantity.name == "pressure" else found

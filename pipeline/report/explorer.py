@@ -10,10 +10,9 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from pipeline.assess.ensemble import censored, computed, periods, weights
-from pipeline.assess.frames import mean_spacing
+from pipeline.assess.frames import densities, mean_spacing
 from pipeline.assess.georeference import Frame
 from pipeline.assess.gridding import gridded
-from pipeline.assess.pressure import densities
 from pipeline.assess.tables import values
 from pipeline.gis import symbology
 from pipeline.gis.symbology import Style

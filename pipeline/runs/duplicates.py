@@ -50,6 +50,8 @@ def copies(scenarios: Sequence[Scenario], out: Location) -> dict[Location, dict[
         data["domain"] = _plain(scenario.settings.bounds.model_dump(mode="json"))
         # one of all runs, which is in the store by now
         data["output"] = data["output"] | {"threshold": zarr_store.attributes(path).get("threshold")}
+        if scenario.settings.time.end is None:
+            data["last_inflow"] = scenario.settings.last_inflow
         for i in range(len(runs)):
             place = path, i
             source = first.setdefault(_digest(data, runs, i), place)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from pipeline.readable import percent
 from pipeline.runs.summary import overrun, whole
 from pipeline.store.variables import Status
 
@@ -41,8 +42,8 @@ def reason(status: Status, row: Mapping[str, Any]) -> str:
     """Say why a run failed, how far it was overrun, and how much of it was still moving."""
     said = []
     if status.is_overrun:
-        said.append(f"{100 * overrun(row):.2g} % of the volume left the domain")
+        said.append(f"{percent(overrun(row))} of the volume left the domain")
     if status.is_cut_off:
         share = row["volume_moving"] / whole(row)
-        said.append(f"{100 * share:.2g} % of the volume still moves at {row['last_time']:g} s")
+        said.append(f"{percent(share)} of the volume still moves at {row['last_time']:g} s")
     return ", ".join(said) or str(row.get("failure_reason", ""))

@@ -25,7 +25,7 @@ class Runs(Sequence[Run]):
 
     def __init__(self, scenario: Scenario) -> None:
         self.tables, self.ground = scenario.tables, scenario.ground
-        self.hydrographs = scenario.hydrographs
+        self.hydrographs, self.last_inflow = scenario.hydrographs, scenario.settings.last_inflow
         chosen = scenario.chosen
         self.design = design(scenario.settings) if chosen is None else Design({}, chosen.draws)
         self._data = {name: value for name, value in scenario.data.items() if name not in OF_ALL_RUNS}
@@ -51,7 +51,7 @@ class Runs(Sequence[Run]):
         changed = self._data
         for path, value in zip(self.paths, self.design[index], strict=True):
             changed = assign(changed, path, value)
-        settings = Settings.model_validate(changed)
+        settings = Settings.model_validate(changed).fed_until(self.last_inflow)
         table = self.tables.get(settings.table_file or "")
         polygons = None if self.ground is None else of_run(settings, self.ground.outlines)
         graphs = {name: self.hydrographs[name] for name in settings.hydrograph_files}

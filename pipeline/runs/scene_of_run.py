@@ -32,7 +32,7 @@ DEFAULT_FRAMES = 10
 EARLY = 0.01
 DEFAULT_THRESHOLD = 0.01
 _ROUND_OFF = 1e-9
-SAMPLES_PER_FRAME, MOST_SAMPLES = 10, 1_000_000
+SAMPLES_PER_FRAME = 10
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ def section_times(settings: Settings) -> NDArray[np.float64]:
     """Give the times of samples at sections 0, every, 2 every, ... and the end, shape (n,), s."""
     end, frames = settings.latest_end, output_times(settings)
     every = settings.output.section_every or float(frames[1] - frames[0]) / SAMPLES_PER_FRAME
-    whole = min(int(np.ceil(end / every * (1 - _ROUND_OFF))), MOST_SAMPLES)
+    whole = int(np.ceil(end / every * (1 - _ROUND_OFF)))
     return np.array([*(every * np.arange(whole)), end])
 
 

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import prod
 
+import numpy as np
 import psutil
 
-from pipeline.runs.scene_of_run import output_times
+from pipeline.runs.scene_of_run import output_times, section_times
+from pipeline.runs.template import variables
 from pipeline.scenario.scenario import Scenario
 from pipeline.settings.points import LatticePoints
-from pipeline.store.variables import FIELDS
+from pipeline.store.variables import FIELDS, SECTION_COORDINATES, coordinates
 from solver.scheme import Collocation
 
 # measured with tracemalloc: bytes a point at the peak of set-up and run, without frames
@@ -20,8 +23,10 @@ BYTES = {
     ("lattice", "collocation"): 1300,
     ("cloud", "collocation"): 12900,
 }
-# a value of a frame while a run lasts, and in the store before it is compressed
-HELD, STORED = 8, 4
+# a value of a frame while a run lasts
+HELD = 8
+# of a word in the store, a digest or a reason of failure
+TEXT = 500
 _UNITS = ((1e12, "TB"), (1e9, "GB"), (1e6, "MB"), (1e3, "kB"))
 
 
@@ -63,7 +68,8 @@ def size(scenario: Scenario) -> Size | None:
     points = int(settings.points.estimate(x1 - x0, y1 - y0) + 1e-6)
     if scenario.points is not None:
         points = len(scenario.points.points)
-    layout = "lattice" if isinstance(settings.points, LatticePoints) else "cloud"
+    cloud = not isinstance(settings.points, LatticePoints)
+    layout = "cloud" if cloud else "lattice"
     # a cloud takes most while its operators are made, whatever its bed
     layout = "surface" if settings.on_surface and layout == "lattice" else layout
     form = "collocation" if settings.scheme.source is Collocation else "weighted-residual"
@@ -71,8 +77,17 @@ def size(scenario: Scenario) -> Size | None:
     kept = [field for field in FIELDS if field.name in settings.output.fields]
     in_time = sum("time" in field.dims for field in kept)
     memory = points * (BYTES[layout, form] + HELD * frames * in_time)
-    results = points * STORED * (frames * in_time + len(kept) - in_time) * settings.run_count
-    return Size(points, float(memory), float(results))
+    samples = len(section_times(settings)) if settings.sections else 0
+    # what has rows and columns has both lengths in their place
+    sizes = {"run": settings.run_count, "time": frames, "section": len(settings.sections)}
+    sizes |= {"section_time": samples, "point": points, "x": points, "y": 1}
+    known = [*coordinates(cloud, settings.on_surface), *SECTION_COORDINATES[1:]]
+    results = sum(
+        prod(sizes[dim] for dim in each.dims)
+        * (TEXT if each.dtype == "string" else np.dtype(each.dtype).itemsize)
+        for each in (*variables(scenario), *known)
+    )
+    return Size(points, float(memory + HELD * samples * len(settings.sections)), float(results))
 
 
 def _bytes(count: float) -> str:

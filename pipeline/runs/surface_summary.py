@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from pipeline.readable import percent
 from pipeline.runs.scene_of_run import Prepared
 from solver.physics.elevation import ElevationModel, edges_of, plan_slopes
 from solver.points.cloud import PointCloud
@@ -336,7 +337,7 @@ def narrow_channels(prepared: Prepared, elevation: Array, max_depth: Array) -> I
     share = sizes[long].sum() / (max_depth > prepared.threshold).sum()
     yield (
         f"{NARROW} {LEAST_CELLS} cells on the flow's way, the longest of {sizes.max()} cells at "
-        f"x = {x:.8g} m, y = {y:.8g} m; {100 * share:.2g} % of the cells that were reached lie in such: "
+        f"x = {x:.8g} m, y = {y:.8g} m; {percent(share)} of the cells that were reached lie in such: "
         "flow may spill there; take a smaller spacing"
     )
 

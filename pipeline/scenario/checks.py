@@ -18,6 +18,7 @@ from pipeline.inputs.hydrograph_table import HydrographTable
 from pipeline.inputs.point_file import PointFile
 from pipeline.inputs.polygons import crossing, reaches
 from pipeline.mistakes import BadInput, Mistake, Problem
+from pipeline.readable import percent
 from pipeline.scenario import endless, solver_objects, structures
 from pipeline.scenario.design import share_within
 from pipeline.scenario.ground import OUTSIDE, GroundCheck
@@ -31,7 +32,13 @@ from pipeline.settings.physics import AnyTerrain
 from pipeline.settings.points import FilePoints
 from pipeline.settings.sample import power_of_two
 from pipeline.settings.section import Pair
-from pipeline.settings.settings import MATERIAL_DENSITY, OF_POLYGONS, Settings
+from pipeline.settings.settings import (
+    MATERIAL_DENSITY,
+    MOST_FRAMES,
+    MOST_SAMPLES,
+    OF_POLYGONS,
+    Settings,
+)
 from pipeline.settings.structures import PLACE, place_of
 from solver.physics.elevation import ElevationModel
 from solver.physics.terrain import SlopeProfile
@@ -96,6 +103,7 @@ def check_document(document: Document, folder: FilePath) -> Checked:
             settings = settings.model_copy(update={"return_periods": found})
     if mistakes or settings is None:
         return Checked(mistakes=mistakes)
+    settings = settings.fed_until(judge.last_inflow)
     warnings = (document.mistake(path, message) for path, message in judge.warnings(settings))
     ground = judge.map_files.held
     files = judge.tables, judge.points, ground, judge.hydrographs
@@ -115,6 +123,7 @@ class _Judge:
         self.flat: dict[Path, float] = {}
         self.unusual: dict[Path, str] = {}
         self.late: dict[Path, float] = {}
+        self.last_inflow = 0.0
         self.cut: dict[Path, str] = {}
         self.ground: Georeference | None = None
         self.points: PointFile | None = None
@@ -311,7 +320,7 @@ class _Judge:
     def warnings(self, settings: Settings) -> list[tuple[Path, str]]:
         """List what to warn of, each with its path."""
         lost = [
-            (path, f"{volume:.3g} m3 ({100 * part:.2g} %) lie outside the domain and are lost")
+            (path, f"{volume:.3g} m3 ({percent(part)}) lie outside the domain and are lost")
             for path, (volume, part) in self.lost.items()
         ]
         short = [
@@ -332,7 +341,7 @@ class _Judge:
         if ground is not None and (strange := reference_system.elsewhere(ground.crs, *ground.origin)):
             files.append((("georeference", "origin"), f"it lies {strange}"))
         late = [
-            (path, f"{100 * share:.2g} % of the volume come in after the end of the run, and are left out")
+            (path, f"{percent(share)} of the volume come in after the end of the run, and are left out")
             for path, share in self.late.items()
         ]
         drawn = [*_far_out(settings), *_uneven(settings), *reversed_periods(settings)]
@@ -366,10 +375,14 @@ class _Judge:
                 problems += table
             else:
                 self.hydrographs[inflow.file] = table
-        unread = any(name not in self.hydrographs for name in settings.hydrograph_files)
-        if unread or (settings.domain is None and settings.time.end is None):
+        if any(name not in self.hydrographs for name in settings.hydrograph_files):
             return problems
-        end = settings.latest_end
+        if settings.time.end is None:
+            made_of_all = solver_objects.inflows(settings, self.hydrographs)
+            last = max((each.hydrograph.last for each in made_of_all), default=0.0)
+            self.last_inflow = max(self.last_inflow, last)
+            return problems if settings.domain is None else problems + _too_many(settings.fed_until(last))
+        end = settings.time.end
         for i, made in enumerate(solver_objects.inflows(settings, self.hydrographs)):
             path: Path = ("inflow", i, "hydrograph")
             whole, start = float(made.hydrograph.volumes[-1]), float(made.hydrograph.times[0])
@@ -419,6 +432,20 @@ class _Judge:
                 self.files[name] = []
         found_before: T | list[Problem] = self.files[name]
         return found_before
+
+
+def _too_many(settings: Settings) -> list[Problem]:
+    """List frames and samples that are too many until after the last of what comes in."""
+    end, found = settings.latest_end, []
+    for path, every, most, what in (
+        (("time", "output_every"), settings.time.output_every, MOST_FRAMES, "frames"),
+        (("output", "section_every"), settings.output.section_every, MOST_SAMPLES, "samples"),
+    ):
+        if every is not None and end / every > most:
+            said = f"expected at most {most:,} {what} until {end:g} s, found {end / every:.3g}"
+            related: tuple[Path, ...] = (path, ("time", "end"), ("inflow",))
+            found.append(Problem(path, f"{said}; write {end / most:.3g} or more", related=related))
+    return found
 
 
 def _erodible(settings: Settings, extent: tuple[Pair, Pair]) -> list[Problem]:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from pipeline.inputs.outlines import Outline
 from pipeline.mistakes import Problem
+from pipeline.readable import percent
 from pipeline.scenario import solver_objects
 from pipeline.scenario.solver_objects import Outlines
 from pipeline.settings.structures import place_of
@@ -228,7 +229,7 @@ def overlapping(settings: Settings, outlines: Outlines, built: NDArray[np.bool_]
             shares = polygon_shares(outline.rings, lattice)
             part = float(shares[built].sum() / max(shares.sum(), 1e-300))
             if part > 0:
-                found = f"found {100 * part:.2g} % of '{outline.name}' in cells of buildings"
+                found = f"found {percent(part)} of '{outline.name}' in cells of buildings"
                 problems.append(_in_building(path, found))
     return problems
 
@@ -241,7 +242,7 @@ def overlapping_shapes(settings: Settings, built: NDArray[np.bool_]) -> list[Pro
     except ValueError:
         return []
     part = float(depth[built].sum() / depth.sum())
-    return [_in_building(("release",), f"found {100 * part:.2g} % of it in their cells")] if part > 0 else []
+    return [_in_building(("release",), f"found {percent(part)} of it in their cells")] if part > 0 else []
 
 
 def _in_building(path: Path, found: str) -> Problem:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import ceil, floor, log10, prod, sqrt
 from typing import Annotated, Any, Literal, get_args
 
-from pydantic import Discriminator, Field, Tag, model_validator
+from pydantic import Discriminator, Field, PrivateAttr, Tag, model_validator
 
 from pipeline.settings import erodible_bed
 from pipeline.settings import inflow as inflow_settings
@@ -31,7 +31,7 @@ FieldName = Literal[
     "depth", "velocity_x", "velocity_y", "max_depth", "max_speed", "max_momentum_flux", "arrival_time",
     "deposit_depth", "erosion_depth", "bed_change",
 ]  # fmt: skip
-MOST_FRAMES = 100_000
+MOST_FRAMES, MOST_SAMPLES = 100_000, 1_000_000
 FIELDS: tuple[FieldName, ...] = get_args(FieldName)
 
 
@@ -80,7 +80,7 @@ class Time(Section):
 
     end: Positive | None = key(
         "time to stop at. Default: once everything is at rest, at the latest 200 sqrt(L/g), L the longer "
-        "side of the domain and g gravity",
+        "side of the domain and g gravity, after the last of what comes in",
         "s",
         None,
         advice="Leave it out where results are assessed: what still moves at the end is told as cut off.",
@@ -131,7 +131,8 @@ class Output(FlatSection):
         advice="Give it where runs of different volume are compared.",
     )
     section_every: Positive | None = key(
-        "time between samples of discharge at sections. Default: a tenth of the time between frames",
+        "time between samples of discharge at sections, of which there are 1,000,000 at most. Default: a "
+        "tenth of the time between frames",
         "s",
         None,
     )
@@ -268,6 +269,9 @@ class Settings(Section):
     hazard: Hazard = key("what is mapped of the results; no change of the scenario", default=Hazard())
     report: Report = key("head of the report; no change of the scenario", default=Report())
 
+    # of all runs, s; hydrographs of files are known once they are read
+    _last_inflow: float = PrivateAttr(default=0.0)
+
     @model_validator(mode="after")
     def _countable(self) -> Settings:
         if self.domain is None:
@@ -350,6 +354,14 @@ class Settings(Section):
                 expected = f"expected 1 to {MOST_FRAMES:,} frames until {self.latest_end:g} s"
                 found = f"{expected}, found {frames:.3g}"
                 raise relation(found, "time.output_every", "time.end", "domain")
+        every = self.output.section_every
+        known = self.time.end is not None or (self.domain is not None and not self.inflow)
+        if every is not None and known:
+            samples, end = self.latest_end / every, self.latest_end
+            if samples > MOST_SAMPLES:
+                found = f"expected at most {MOST_SAMPLES:,} samples until {end:g} s, found {samples:.3g}"
+                least = f"write {end / MOST_SAMPLES:.3g} or more"
+                raise relation(f"{found}; {least}", "output.section_every", "time.end", "domain")
         return self
 
     @model_validator(mode="after")
@@ -434,10 +446,21 @@ class Settings(Section):
         if self.time.end is not None:
             return self.time.end
         length = max(high - low for low, high in (self.bounds.x, self.bounds.y))
-        latest = LATEST * sqrt(length / self.gravity)
+        latest = LATEST * sqrt(length / self.gravity) + self._last_inflow
         # two digits are enough, and are read more easily
         step = 10.0 ** (floor(log10(latest)) - 1)
         return ceil(latest / step) * step
+
+    @property
+    def last_inflow(self) -> float:
+        """Time after which nothing comes in in any run, s."""
+        return self._last_inflow
+
+    def fed_until(self, last_inflow: float) -> Settings:
+        """Give the settings with the time after which nothing comes in in any run, s."""
+        found = self.model_copy()
+        found._last_inflow = last_inflow
+        return found
 
     @property
     def density(self) -> float:

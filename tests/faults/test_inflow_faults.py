@@ -1,9 +1,13 @@
 """Inflows and sections that cannot be: each is refused with its place, before anything is written."""
 # ruff: noqa: E501 - a message is one line
 
+import pickle
+
 import pytest
 
 from pipeline.mistakes import BadInput
+from pipeline.runs.runs import expand
+from pipeline.runs.size import size
 from pipeline.scenario.scenario import load
 
 BASE = """\
@@ -203,3 +207,56 @@ def test_what_comes_in_after_the_end_is_warned_of(tmp_path):
     (scenario,) = load([tmp_path / "a.yaml"])
     (warning,) = scenario.warnings
     assert "inflow.0.hydrograph: 25 % of the volume come in after the end of the run" in warning
+
+
+def test_runs_without_an_end_go_on_past_the_last_of_what_comes_in(tmp_path):
+    (tmp_path / "q.csv").write_text("time,discharge\n0,1\n100000,1\n")
+    text = (BASE + INFLOW).replace("time: {end: 60}\n", "")
+    (tmp_path / "a.yaml").write_text(text)
+    (scenario,) = load([tmp_path / "a.yaml"])
+    assert scenario.warnings == ()
+    # 200 sqrt(100 m/g) are 640 s
+    assert scenario.settings.latest_end == 110_000
+    assert expand(scenario)[0].settings.latest_end == 110_000
+    shapes = "hydrograph: {shape: triangle, volume: 1000, peak_discharge: 1}"
+    swept = "sweep: {inflow.0.hydrograph.volume: [1000, 50000]}\n"
+    (tmp_path / "a.yaml").write_text(text.replace("hydrograph: {file: q.csv}", shapes) + swept)
+    (scenario,) = load([tmp_path / "a.yaml"])
+    # one end of all runs, whose frames are alike
+    assert {run.settings.latest_end for run in expand(scenario)} == {110_000}
+    few = pickle.loads(pickle.dumps(expand(scenario)[0].settings))
+    assert few.latest_end == 110_000
+
+
+def test_nearly_all_that_is_left_out_is_no_whole(tmp_path):
+    (tmp_path / "q.csv").write_text("time,discharge\n0,1\n100000,1\n")
+    (tmp_path / "a.yaml").write_text(BASE + INFLOW)
+    (warning,) = load([tmp_path / "a.yaml"])[0].warnings
+    assert "more than 99 % of the volume come in after the end of the run" in warning
+
+
+SECTIONS = BASE + INFLOW + "sections: [{name: low, line: [[60, -8], [60, 8]]}]\n"
+
+
+@pytest.mark.parametrize(
+    ("time", "told"),
+    [
+        (
+            "time: {end: 60}",
+            "expected at most 1,000,000 samples until 60 s, found 6e+06; write 6e-05 or more",
+        ),
+        ("", "expected at most 1,000,000 samples until 660 s, found 6.6e+07; write 0.00066 or more"),
+    ],
+)
+def test_samples_at_sections_have_a_largest_number(refused, time, told):
+    text = SECTIONS.replace("time: {end: 60}", time)
+    lines = refused(text + "output: {section_every: 0.00001}\n")
+    assert [line.partition("output.section_every: ")[2] for line in lines] == [told]
+
+
+def test_the_size_of_results_holds_the_samples_at_sections(tmp_path):
+    (tmp_path / "q.csv").write_text(TABLE)
+    (tmp_path / "a.yaml").write_text(SECTIONS + "output: {section_every: 0.0001}\n")
+    found = size(load([tmp_path / "a.yaml"])[0])
+    # volume, discharge and time of 600,001 samples
+    assert 3 * 8 * 600_001 < found.results < 1.1 * 3 * 8 * 600_001
