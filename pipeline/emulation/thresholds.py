@@ -76,6 +76,14 @@ def left_plain(runs: Sampled) -> list[dict[str, object]]:
             {"max_depth", "max_speed"} <= {*store},
             "a class joins thresholds of depth and of speed, whose errors go together; the runs give them",
         ),
+        "depth of erosion": (
+            "erosion_depth" in store,
+            "no figure was measured of it against thousands of runs; the runs give it",
+        ),
+        "peaks, volumes and arrival at sections": (
+            "section_peak_discharge" in store,
+            "no figure was measured of them against thousands of runs; the runs give them",
+        ),
         "events of each return period, levels of hazard": (
             RETURN_PERIOD.name in store.variables,
             "probabilities here are over all events; each period has few runs, which give them",

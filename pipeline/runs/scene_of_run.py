@@ -119,7 +119,7 @@ def build_scene(run: Run, shared: SharedPoints) -> Prepared:
         zones=solver_objects.zones(settings, points, run.outlines),
         erodible_bed=solver_objects.erodible_bed(settings, points, terrain, run.outlines, shared.depths),
         buildings=structures.buildings(settings, points, run.outlines),
-        inflows=solver_objects.inflows(settings, run.hydrographs),
+        inflows=solver_objects.inflows(settings, run.hydrographs, run.outlines),
         sections=solver_objects.sections(settings),
         section_times=section_times(settings) if settings.sections else (),
     )

@@ -56,4 +56,4 @@ def _comes_in(run: Run, points: Lattice | PointCloud, rasters: Mapping[str, Elev
     """Largest depth that flow comes in with on points, m."""
     ground = structures.ground(run.settings, rasters, run.outlines)
     terrain = solver_objects.slope(run.settings.terrain, run.table) if ground is None else ground
-    return solver_objects.deepest_inflow(run.settings, points, terrain, run.hydrographs)
+    return solver_objects.deepest_inflow(run.settings, points, terrain, run.hydrographs, run.outlines)

@@ -204,9 +204,8 @@ class _Judge:
 
     def _sections(self, settings: Settings, terrain: SlopeProfile | ElevationModel) -> list[Problem]:
         """List what is wrong with where inflows and sections are."""
-        built = None
+        built, outlines = None, None if self.map_files.held is None else self.map_files.held.outlines
         if any(each.kind == "building" for each in settings.structures):
-            outlines = None if self.map_files.held is None else self.map_files.held.outlines
             built = structures.buildings(settings, solver_objects.points(settings), outlines)
         return [
             Problem(
@@ -214,7 +213,9 @@ class _Judge:
                 message,
                 related=((name, i), ("material",), ("terrain",), ("domain",), ("structures",)),
             )
-            for name, i, message in solver_objects.misplaced(settings, terrain, self.hydrographs, built)
+            for name, i, message in solver_objects.misplaced(
+                settings, terrain, self.hydrographs, built, outlines
+            )
         ]
 
     def _slope(self, settings: Settings) -> SlopeProfile:
@@ -378,15 +379,15 @@ class _Judge:
         if any(name not in self.hydrographs for name in settings.hydrograph_files):
             return problems
         if settings.time.end is None:
-            made_of_all = solver_objects.inflows(settings, self.hydrographs)
-            last = max((each.hydrograph.last for each in made_of_all), default=0.0)
+            graphs = solver_objects.graphs(settings, self.hydrographs)
+            last = max((each.last for each in graphs), default=0.0)
             self.last_inflow = max(self.last_inflow, last)
             return problems if settings.domain is None else problems + _too_many(settings.fed_until(last))
         end = settings.time.end
-        for i, made in enumerate(solver_objects.inflows(settings, self.hydrographs)):
+        for i, graph in enumerate(solver_objects.graphs(settings, self.hydrographs)):
             path: Path = ("inflow", i, "hydrograph")
-            whole, start = float(made.hydrograph.volumes[-1]), float(made.hydrograph.times[0])
-            late = 1.0 - made.hydrograph.volume_until(end) / whole
+            whole, start = float(graph.volumes[-1]), float(graph.times[0])
+            late = 1.0 - graph.volume_until(end) / whole
             if late >= 1.0:
                 found = f"expected a hydrograph that begins before the end of the run, {end:g} s"
                 problems.append(Problem(path, f"{found}, found one from {start:g} s on"))
@@ -520,6 +521,11 @@ def _left_out(settings: Settings) -> list[tuple[Path, str]]:
     asked = settings.hazard.model_fields_set
     mapped = {"depth": "max_depth", "speed": "max_speed", "pressure": "max_speed"}
     mapped |= {"momentum_flux": "max_momentum_flux", "intensity": "max_depth"}
+    if settings.erodible_bed is not None:
+        mapped["erosion_depth"] = "erosion_depth"
+    elif "erosion_depth" in asked and settings.hazard.erosion_depth:
+        told = "nothing is eroded without an erodible_bed, so that there are no such maps"
+        found.append((("hazard", "erosion_depth"), told))
     wanted = dict.fromkeys(mapped[name] for name in mapped if name in asked)
     needed = [name for name in wanted if name not in kept]
     if needed:

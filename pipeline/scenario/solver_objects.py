@@ -47,6 +47,8 @@ if TYPE_CHECKING:
 
 # hydrographs by file
 Hydrographs = Mapping[str, "HydrographTable"]
+# of a section that are looked at for the zones it crosses
+PLACES_ALONG = 1000
 # polygons by file and layer
 Outlines = Mapping["tuple[str, str | None]", "tuple[Outline, ...]"]
 
@@ -179,6 +181,15 @@ def zones(
     from solver.release.shares import shares
     from solver.scene import Zone
 
+    left = uncovered(_outlines_of_zones(settings, outlines))
+    laws = settings.material.zone_laws()
+    return tuple(Zone(law, shares(rings, points)) for law, rings in zip(laws, left, strict=True))
+
+
+def _outlines_of_zones(
+    settings: Settings, outlines: Outlines | None
+) -> list[list[tuple[NDArray[np.float64], ...]]]:
+    """Give the polygons of each zone, each with its rings (n, 2), m."""
     layers: list[list[tuple[NDArray[np.float64], ...]]] = []
     for zone in settings.zones:
         if zone.file is None:
@@ -186,9 +197,30 @@ def zones(
         else:
             held = chosen(zone.picked, (outlines or {})[zone.file, zone.layer])
             layers.append([outline.rings for outline in held])
-    left = uncovered(layers)
-    laws = settings.material.zone_laws()
-    return tuple(Zone(law, shares(rings, points)) for law, rings in zip(laws, left, strict=True))
+    return layers
+
+
+def _zones_along(
+    line: Line, settings: Settings, outlines: Outlines | None
+) -> tuple[tuple[Friction, float], ...]:
+    """Give the laws of the zones that a line crosses, each with its share of the length."""
+    import shapely
+
+    shares = (np.arange(PLACES_ALONG) + 0.5) / PLACES_ALONG
+    at = shapely.get_coordinates(
+        shapely.line_interpolate_point(shapely.LineString(line), shares, normalized=True)
+    )
+    counts = np.full(PLACES_ALONG, -1)
+    for i, polygons in enumerate(_outlines_of_zones(settings, outlines)):
+        for rings in polygons:
+            # inside an outer ring and in none of its holes
+            inside = (
+                sum(shapely.contains_xy(shapely.Polygon(ring), at).astype(int) for ring in rings) % 2 == 1
+            )
+            counts[inside] = i
+    laws: MaterialLaws = settings.material
+    found = ((law, float(np.mean(counts == i))) for i, law in enumerate(laws.zone_laws()))
+    return tuple((law, share) for law, share in found if share > 0)
 
 
 def counter_clockwise(ring: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -196,18 +228,28 @@ def counter_clockwise(ring: NDArray[np.float64]) -> NDArray[np.float64]:
     return ring if ring_area(ring) > 0 else ring[::-1]
 
 
-def inflows(settings: Settings, hydrographs: Hydrographs) -> tuple[Inflow, ...]:
-    """Make the inflows; ``hydrographs`` are those of files."""
-    made = []
+def graphs(settings: Settings, hydrographs: Hydrographs) -> tuple[Hydrograph, ...]:
+    """Give the hydrograph of each inflow; ``hydrographs`` are those of files."""
+    found: list[Hydrograph] = []
     for each in settings.inflow:
-        graph: Hydrograph
         if isinstance(each.hydrograph, HydrographFile):
-            graph = hydrographs[each.hydrograph.file].hydrograph
+            found.append(hydrographs[each.hydrograph.file].hydrograph)
         else:
             triangle: Triangle = each.hydrograph.make()
-            graph = triangle.hydrograph()
+            found.append(triangle.hydrograph())
+    return tuple(found)
+
+
+def inflows(
+    settings: Settings, hydrographs: Hydrographs, outlines: Outlines | None = None
+) -> tuple[Inflow, ...]:
+    """Make the inflows; ``hydrographs`` are those of files, ``outlines`` the polygons of zones."""
+    made = []
+    for each, graph in zip(settings.inflow, graphs(settings, hydrographs), strict=True):
         depth = "normal" if each.depth is None and each.froude is None and each.speed is None else each.depth
-        made.append(Inflow(each.name, each.section, graph, depth, each.froude, each.speed))
+        normal = depth == "normal" and settings.zones
+        crossed = _zones_along(each.section, settings, outlines) if normal else ()
+        made.append(Inflow(each.name, each.section, graph, depth, each.froude, each.speed, crossed))
     return tuple(made)
 
 
@@ -221,6 +263,7 @@ def misplaced(
     terrain: Terrain | Surface,
     hydrographs: Hydrographs,
     buildings: NDArray[np.bool_] | None = None,
+    outlines: Outlines | None = None,
 ) -> Iterator[tuple[str, int, str]]:
     """Say which inflows and sections cannot be placed: inflow or sections, its number, and why."""
     friction, _ = laws(settings)
@@ -228,7 +271,7 @@ def misplaced(
     given, bounds = settings.points, extent(settings)
     lattice = points(settings) if isinstance(given, points_settings.LatticePoints) else None
     slack = 1e-6 * (lattice.spacing if isinstance(lattice, Lattice) else min(map(np.ptp, bounds)))
-    for i, each in enumerate(inflows(settings, hydrographs)):
+    for i, each in enumerate(inflows(settings, hydrographs, outlines)):
         if off := _off(each.line, bounds, slack):
             yield "inflow", i, off
             continue
@@ -284,12 +327,13 @@ def deepest_inflow(
     points: Lattice | PointCloud,
     terrain: Terrain | Surface,
     hydrographs: Hydrographs,
+    outlines: Outlines | None = None,
 ) -> float:
     """Largest depth that flow comes in with on points until the latest end, m; 0 without inflows."""
     if not settings.inflow:
         return 0.0
     friction, _ = laws(settings)
-    made = inflows(settings, hydrographs)
+    made = inflows(settings, hydrographs, outlines)
     return largest_depth(made, points, terrain, friction, settings.gravity, settings.latest_end)
 
 

@@ -38,6 +38,9 @@ class Inflow:
         The depth of uniform flow down the bed at the section, or the largest depth in it, m.
     froude, speed : float, optional
         In place of depth: the Froude number, or the speed, m s-1.
+    zones : tuple of (Friction, float)
+        Laws of friction of zones that the section crosses, which a normal depth rests on too, each with its
+        share of the length.
 
     Raises
     ------
@@ -51,6 +54,7 @@ class Inflow:
     depth: Literal["normal"] | float | None = None
     froude: float | None = None
     speed: float | None = None
+    zones: tuple[tuple[Friction, float], ...] = ()
 
     def __post_init__(self) -> None:
         given = [each for each in (self.depth, self.froude, self.speed) if each is not None]
@@ -107,22 +111,32 @@ def _interpolated(x: Array, y: Array, at: Array | float) -> Array:
     return np.asarray(y[i] + (at - x[i]) / (x[i + 1] - x[i]) * (y[i + 1] - y[i]))
 
 
-def resistance_of(friction: Friction, normal: float, gravity: float) -> Resistance | None:
+def resistance_of(
+    friction: Friction, normal: float, gravity: float, zones: tuple[tuple[Friction, float], ...] = ()
+) -> Resistance | None:
     """Resistance of a law of friction by speed and depth; None where no normal depth is found by it.
 
-    That is so of laws that do not grow with speed, and of viscoplastic and inertial ones.
+    That is so of laws that do not grow with speed, and of viscoplastic and inertial ones. Zones count with
+    their shares, as they do in a cell.
 
     Parameters
     ----------
     normal, gravity : float
         g cos of the slope, and g, m s-2.
+    zones : tuple of (Friction, float)
+        As those of an `Inflow`.
     """
-    law = friction.resistance(gravity)
-    if isinstance(law, DryTurbulent):
-        law = Quadratic(tangent=law.tangent, drag=law.drag)
-    if not isinstance(law, Quadratic) or law.viscous + law.drag + law.rough == 0.0:
+    mean = np.zeros(len(Quadratic._fields))
+    for law, share in ((friction, 1.0 - sum(share for _, share in zones)), *zones):
+        held = law.resistance(gravity)
+        if isinstance(held, DryTurbulent):
+            held = Quadratic(tangent=held.tangent, drag=held.drag)
+        if not isinstance(held, Quadratic):
+            return None
+        mean += share * np.array(held)
+    tangent, cohesion, yield_stress, viscous, drag, rough = mean.tolist()
+    if viscous + drag + rough == 0.0:
         return None
-    tangent, cohesion, yield_stress, viscous, drag, rough = law
 
     def found(s: Array, h: Array) -> Array:
         held = (1.0 - tangent) * cohesion * -np.expm1(-h * normal / cohesion) if cohesion > 0 else 0.0
@@ -181,7 +195,7 @@ def rating_of(inflow: Inflow, friction: Friction, along: float, normal: float, g
         assert inflow.depth is not None
         # what is known of the shares is that of the table
         return Rating(rating.log_depth, rating.log_discharge, float(inflow.depth))
-    resistance = resistance_of(friction, normal, gravity)
+    resistance = resistance_of(friction, normal, gravity, inflow.zones)
     if resistance is None:
         raise ValueError(
             f"expected froude or speed at inflow {inflow.name}, as there is no normal depth with this law of "

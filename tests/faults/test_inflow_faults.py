@@ -3,12 +3,17 @@
 
 import pickle
 
+import numpy as np
 import pytest
 
 from pipeline.mistakes import BadInput
 from pipeline.runs.runs import expand
 from pipeline.runs.size import size
+from pipeline.scenario import solver_objects
 from pipeline.scenario.scenario import load
+from solver.inflow.conditions import Inflow, rating_of
+from solver.inflow.hydrograph import Hydrograph
+from solver.physics.friction import Voellmy
 
 BASE = """\
 name: a
@@ -260,3 +265,40 @@ def test_the_size_of_results_holds_the_samples_at_sections(tmp_path):
     found = size(load([tmp_path / "a.yaml"])[0])
     # volume, discharge and time of 600,001 samples
     assert 3 * 8 * 600_001 < found.results < 1.1 * 3 * 8 * 600_001
+
+
+@pytest.mark.parametrize(
+    ("base", "zone", "x", "same"),
+    [
+        # a zone over all of the section has its law there
+        (0.3, 0.1, [0, 100], 0.1),
+        (0.1, 0.2, [0, 100], 0.2),
+        # one that is beside it has none
+        (0.1, 0.3, [30, 100], 0.1),
+    ],
+)
+def test_a_normal_depth_has_the_friction_of_the_zone_of_its_section(tmp_path, base, zone, x, same):
+    (tmp_path / "q.csv").write_text(TABLE)
+    corners = [[x[0], -10], [x[1], -10], [x[1], 10], [x[0], 10]]
+    zones = f", zones: [{{polygon: {corners}, friction_coefficient: {zone}}}]"
+    depths = []
+    for mu, more in ((base, zones), (same, "")):
+        text = (BASE + INFLOW).replace("friction_coefficient: 0.1", f"friction_coefficient: {mu}")
+        (tmp_path / "a.yaml").write_text(text.replace("isotropic}", f"isotropic{more}}}"))
+        (scenario,) = load([tmp_path / "a.yaml"])
+        points = solver_objects.points(scenario.settings)
+        bed = solver_objects.slope(scenario.settings.terrain)
+        depths.append(solver_objects.deepest_inflow(scenario.settings, points, bed, scenario.hydrographs))
+    assert depths[0] == pytest.approx(depths[1], rel=1e-9)
+
+
+def test_a_zone_over_half_of_a_section_counts_by_half():
+    hydrograph = Hydrograph(np.array([0.0, 1.0]), np.array([1.0, 1.0]))
+    line = ((0.0, 0.0), (0.0, 1.0))
+    mixed = Inflow("a", line, hydrograph, "normal", zones=((Voellmy(10.0, 200.0), 0.5),))
+    steep, flat = (np.tan(np.radians(angle)) for angle in (4.0, 10.0))
+    mean = Voellmy(np.degrees(np.arctan((steep + flat) / 2)), 2 / (1 / 400 + 1 / 200))
+    gravity = 9.81 * np.sin(0.3), 9.81 * np.cos(0.3), 9.81
+    found = rating_of(mixed, Voellmy(4.0, 400.0), *gravity)
+    known = rating_of(Inflow("a", line, hydrograph, "normal"), mean, *gravity)
+    assert found.depth(5.0) == pytest.approx(known.depth(5.0), rel=1e-12)

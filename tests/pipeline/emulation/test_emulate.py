@@ -70,8 +70,14 @@ def test_what_stays_plain_is_named_with_its_reason(whole):
     assert not [line for line in whole.refused if "arrival" in line]
     (store,) = sheet()
     store["return_period"] = ("run", np.full(64, 30.0))
+    store["erosion_depth"] = 0.1 * store["max_depth"]
+    store["section_peak_discharge"] = (("run", "section"), np.ones((64, 1)))
     told = made([store]).tables["leave-one-out"]["what"]
-    assert told.iloc[-1] == "events of each return period, levels of hazard"
+    assert [*told.iloc[-3:]] == [
+        "depth of erosion",
+        "peaks, volumes and arrival at sections",
+        "events of each return period, levels of hazard",
+    ]
 
 
 def test_chosen_runs_sharpen_what_is_emulated_and_change_no_share(whole):

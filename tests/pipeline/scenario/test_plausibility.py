@@ -77,3 +77,13 @@ def test_two_densities_are_warned_of():
     assert "material.density is 2000" in line
     (line,) = warned(hazard={"density": 2000}, sweep={"material.density": [1800, 2000]})
     assert "material.density differs between the runs: leave it out" in line
+
+
+def test_thresholds_of_erosion_need_its_depth():
+    (line,) = warned(hazard={"erosion_depth": [0.25]})
+    assert "hazard.erosion_depth: nothing is eroded without an erodible_bed" in line
+    bed = {"depth": 0.3, "law": {"model": "growth-rate", "growth": 0.01}}
+    output = {"fields": ["max_depth", "max_speed", "deposit_depth"]}
+    assert warned(erodible_bed=bed, hazard={"erosion_depth": [0.25]}) == ()
+    (line,) = warned(erodible_bed=bed, hazard={"erosion_depth": [0.25]}, output=output)
+    assert "output.fields: leaves out erosion_depth, which the maps asked for under hazard need" in line

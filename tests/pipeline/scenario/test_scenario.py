@@ -25,6 +25,22 @@ def test_every_shipped_scenario_is_named_as_its_file_and_loads_without_a_warning
     assert scenario.text == path.read_text()
 
 
+def test_the_event_with_and_without_its_dam_loads_and_differs_in_the_dam_alone():
+    names = ("event-without-dam", "event-with-dam")
+    without, dammed = load([ROOT / "scenarios/torrent" / f"{name}.yaml" for name in names])
+    assert (without.name, dammed.name) == names
+    for scenario in (without, dammed):
+        # of houses on 6 m
+        assert all("the flow passes through" in line for line in scenario.warnings)
+    assert [each.kind for each in dammed.settings.structures] == ["building", "dam"]
+    # what `pipeline compare` asks of the two
+    same = ("points", "inflow", "material", "erodible_bed", "output", "time", "sweep", "return_periods")
+    for name in (*same, "hazard", "receptors"):
+        assert getattr(without.settings, name) == getattr(dammed.settings, name)
+    changed = {"structures": without.settings.structures}
+    assert dammed.settings.model_copy(update=changed).structures == dammed.settings.structures[:1]
+
+
 def test_the_shipped_chute_stands_as_printed_and_as_meant():
     meant, printed = (
         s.settings for s in load([ROOT / "scenarios/chute.yaml", ROOT / "scenarios/chute-printed.yaml"])
