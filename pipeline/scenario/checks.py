@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from math import isfinite
+from math import isfinite, prod
 from pathlib import Path as FilePath
 from typing import Any, TypeVar
 
@@ -40,6 +40,7 @@ from pipeline.settings.settings import (
     Settings,
 )
 from pipeline.settings.structures import PLACE, place_of
+from solver.emulator import support
 from solver.physics.elevation import ElevationModel
 from solver.physics.terrain import SlopeProfile
 from solver.release.shapes import Release
@@ -58,6 +59,8 @@ FOR_MAPS = frozenset(("max_depth", "max_speed", "max_momentum_flux"))
 ROUND_OFF = 1e-9
 # of a distribution that bounds cut off
 LEAST_SHARE = 1e-4
+# of a level
+FEW_POINTS = 50
 
 
 @dataclass
@@ -345,7 +348,12 @@ class _Judge:
             (path, f"{percent(share)} of the volume come in after the end of the run, and are left out")
             for path, share in self.late.items()
         ]
-        drawn = [*_far_out(settings), *_uneven(settings), *reversed_periods(settings)]
+        drawn = [
+            *_far_out(settings),
+            *_uneven(settings),
+            *_weak_levels(settings),
+            *reversed_periods(settings),
+        ]
         odd = [*flat, *self.unusual.items()]
         kept = [*_left_out(settings), *_densities(settings)]
         return [*files, *lost, *short, *odd, *late, *self.cut.items(), *kept, *drawn]
@@ -568,11 +576,40 @@ def _far_out(settings: Settings) -> list[tuple[Path, str]]:
 def _uneven(settings: Settings) -> list[tuple[Path, str]]:
     """Say where Sobol's sequence is broken off between two of its balanced counts."""
     sample = settings.sample
-    if sample is None or sample.design != "sobol" or power_of_two(sample.count):
+    if sample is None or sample.design != "sobol":
         return []
-    below = 1 << (sample.count.bit_length() - 1)
-    found = (
-        f"Sobol's sequence covers the space evenly at powers of 2: write {below} or {2 * below}, "
-        "or design: latin-hypercube"
-    )
-    return [(("sample", "count"), found)]
+    at: list[tuple[Path, int]] = [(("sample", "count"), sample.count)]
+    if sample.levels:
+        at = [(("sample", "levels", i, "count"), each.count) for i, each in enumerate(sample.levels)]
+    # which levels do not take
+    other = "" if sample.levels else ", or design: latin-hypercube"
+    found = []
+    for path, count in at:
+        if not power_of_two(count):
+            below = 1 << (count.bit_length() - 1)
+            even = f"Sobol's sequence covers the space evenly at powers of 2: write {below} or {2 * below}"
+            found.append((path, even + other))
+    return found
+
+
+def _weak_levels(settings: Settings) -> list[tuple[Path, str]]:
+    """Say which levels are too few runs for `pipeline emulate`, or too few points for anything."""
+    if settings.sample is None or not settings.sample.levels or settings.domain is None:
+        return []
+    found: list[tuple[Path, str]] = []
+    entries, inputs = prod(map(len, settings.sweep.values())), len(settings.varied)
+    (x0, x1), (y0, y1) = settings.domain.x, settings.domain.y
+    for i, level in enumerate(settings.sample.levels):
+        path: Path = ("sample", "levels", i)
+        few = (
+            support.of_pairs(entries * level.count)[1]
+            if i
+            else support.of_runs(entries * level.count, inputs)
+        )
+        if few:
+            found.append(((*path, "count"), f"`pipeline emulate` will say: {few}"))
+        points = settings.points.model_copy(update={"spacing": level.spacing}).estimate(x1 - x0, y1 - y0)
+        if points < FEW_POINTS:
+            told = f"a spacing of {level.spacing:g} m gives about {points:.0f} points, which tell nothing"
+            found.append(((*path, "spacing"), f"{told}: take a smaller one"))
+    return found

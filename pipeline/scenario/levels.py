@@ -36,6 +36,8 @@ def split(document: Document, checked: Checked, folder: Path) -> list[tuple[Docu
     if settings is None or settings.sample is None or not settings.sample.levels:
         return [(document, checked)]
     found: list[tuple[Document, Checked]] = []
+    # levels are judged together, by the keys that the file has
+    of_levels = [line for line in checked.warnings if ": sample.levels." in line]
     for level in settings.sample.levels:
         sample = {key: value for key, value in document.data["sample"].items() if key != "levels"}
         changed = {
@@ -48,7 +50,8 @@ def split(document: Document, checked: Checked, folder: Path) -> list[tuple[Docu
             return [(part, one)]
         name = f"{settings.name}{LEVEL}{level.name}" if found else settings.name
         told = {line for _, before in found for line in before.warnings}
-        warnings = tuple(line for line in one.warnings if line not in told)
+        own = [line for line in one.warnings if line not in told and ": sample.count: " not in line]
+        warnings = tuple(own if found else [*of_levels, *own])
         found.append(
             (part, replace(one, settings=one.settings.model_copy(update={"name": name}), warnings=warnings))
         )

@@ -35,6 +35,23 @@ def test_a_level_is_what_a_scenario_of_its_own_would_be(scenario_file, tmp_path)
     assert "levels" not in json.loads(single.content)["sample"]
 
 
+def test_weak_levels_are_told_at_the_keys_of_the_file(scenario_file):
+    wide = LEVELS.replace("spacing: 1, count: 8", "spacing: 2, count: 24").replace("count: 4", "count: 3")
+    coarse, fine = load([scenario_file(more=wide)])
+    assert fine.warnings == ()
+    found = [line.split(": sample.")[1] for line in coarse.warnings]
+    even = "Sobol's sequence covers the space evenly at powers of 2: write"
+    assert found == [
+        f"levels.0.count: {even} 16 or 32",
+        f"levels.1.count: {even} 2 or 4",
+        "levels.0.count: `pipeline emulate` will say: expected at least 32 computed runs for 1 inputs, "
+        "found 24",
+        "levels.0.spacing: a spacing of 2 m gives about 18 points, which tell nothing: take a smaller one",
+        "levels.1.count: `pipeline emulate` will say: 3 runs of the finer spacing are too few for a "
+        "correction (4)",
+    ]
+
+
 @pytest.mark.parametrize(
     ("before", "after", "message"),
     [
