@@ -23,7 +23,7 @@ from pipeline.scenario import endless, solver_objects, structures
 from pipeline.scenario.design import share_within
 from pipeline.scenario.ground import OUTSIDE, GroundCheck
 from pipeline.scenario.places import on_bed, part_inside, receptors_on_bed
-from pipeline.scenario.plausibility import reversed_periods, unusual
+from pipeline.scenario.plausibility import of_depths, of_hydrograph, reversed_periods, unusual
 from pipeline.scenario.schema_errors import check
 from pipeline.scenario.strict_yaml import Document, Path
 from pipeline.scenario.sweep_checks import check_design, periods_of_polygons
@@ -40,15 +40,11 @@ from pipeline.settings.settings import (
     Settings,
 )
 from pipeline.settings.structures import PLACE, place_of
-from solver.emulator import support
 from solver.physics.elevation import ElevationModel
 from solver.physics.terrain import SlopeProfile
 from solver.release.shapes import Release
 
 T = TypeVar("T")
-# angles of friction, and what is rather a coefficient than an angle, degrees
-FRICTION_ANGLES = ("bed_friction", "internal_friction")
-LEAST_ANGLE = 1.0
 # of the length of a table
 LARGE_SMOOTHING = 0.25
 SIMPLE = "expected corners of a simple polygon"
@@ -90,7 +86,6 @@ def check_document(document: Document, folder: FilePath) -> Checked:
             settings = judge.placed(settings)
             problems = judge.for_all_runs(settings)
     judge.lost.clear()
-    judge.flat.clear()
     judge.unusual.clear()
     problems += check_design(document.data, sample, problems, judge.check)
     told = {(mistake.line, mistake.column) for mistake in document.mistakes}
@@ -123,7 +118,6 @@ class _Judge:
         self.mistakes: list[Mistake] = []
         self.lost: dict[Path, tuple[float, float]] = {}
         self.short: dict[Path, float] = {}
-        self.flat: dict[Path, float] = {}
         self.unusual: dict[Path, str] = {}
         self.late: dict[Path, float] = {}
         self.last_inflow = 0.0
@@ -144,10 +138,6 @@ class _Judge:
         """List what is wrong with the settings of one run, which keep to the schema."""
         problems = self._table(settings) + self._points(settings) + self._hydrographs(settings)
         problems += _zones(settings) + _crossing_structures(settings)
-        for name in FRICTION_ANGLES:
-            angle = getattr(settings.material, name)
-            if angle is not None and 0 < angle < LEAST_ANGLE:
-                self.flat["material", name] = angle
         self.unusual |= unusual(settings)
         self.ground = settings.georeference
         if any(name not in self.hydrographs for name in settings.hydrograph_files):
@@ -331,10 +321,6 @@ class _Judge:
             (path, f"the table covers x from 0 to {length:.6g} m; beyond, its end slopes go on")
             for path, length in self.short.items()
         ]
-        flat = [
-            (path, f"{angle:g} degrees are nearly none; mu = {angle:g} is written as friction_coefficient")
-            for path, angle in self.flat.items()
-        ]
         files: list[tuple[Path, str]] = [
             (("terrain", "file"), f"{name}: {doubt}")
             for name, table in self.tables.items()
@@ -354,7 +340,9 @@ class _Judge:
             *_weak_levels(settings),
             *reversed_periods(settings),
         ]
-        odd = [*flat, *self.unusual.items()]
+        depths = {} if self.map_files.held is None else self.map_files.held.depths
+        raster = [told for each in depths.values() for told in of_depths(each.elevation)]
+        odd = [*self.unusual.items(), *raster]
         kept = [*_left_out(settings), *_densities(settings)]
         return [*files, *lost, *short, *odd, *late, *self.cut.items(), *kept, *drawn]
 
@@ -386,13 +374,15 @@ class _Judge:
                 self.hydrographs[inflow.file] = table
         if any(name not in self.hydrographs for name in settings.hydrograph_files):
             return problems
+        graphs = solver_objects.graphs(settings, self.hydrographs)
+        for i, graph in enumerate(graphs):
+            self.unusual |= of_hydrograph(float(graph.discharges.max()), ("inflow", i, "hydrograph"))
         if settings.time.end is None:
-            graphs = solver_objects.graphs(settings, self.hydrographs)
             last = max((each.last for each in graphs), default=0.0)
             self.last_inflow = max(self.last_inflow, last)
             return problems if settings.domain is None else problems + _too_many(settings.fed_until(last))
         end = settings.time.end
-        for i, graph in enumerate(solver_objects.graphs(settings, self.hydrographs)):
+        for i, graph in enumerate(graphs):
             path: Path = ("inflow", i, "hydrograph")
             whole, start = float(graph.volumes[-1]), float(graph.times[0])
             late = 1.0 - graph.volume_until(end) / whole
@@ -596,6 +586,9 @@ def _weak_levels(settings: Settings) -> list[tuple[Path, str]]:
     """Say which levels are too few runs for `pipeline emulate`, or too few points for anything."""
     if settings.sample is None or not settings.sample.levels or settings.domain is None:
         return []
+    # which imports SciPy
+    from solver.emulator import support
+
     found: list[tuple[Path, str]] = []
     entries, inputs = prod(map(len, settings.sweep.values())), len(settings.varied)
     (x0, x1), (y0, y1) = settings.domain.x, settings.domain.y

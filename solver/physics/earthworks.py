@@ -42,7 +42,9 @@ class Dam(Checked):
     advice: ClassVar[str] = "deflecting and catching dams"
 
     lines: tuple[Array, ...]
-    height: float = parameter("height of the crest above the ground along the line", "m", at_least=0)
+    height: float = parameter(
+        "height of the crest above the ground along the line", "m", at_least=0, usual=(0.2, 30)
+    )
     side_slope: float = parameter("inclination of the sides", "degree", above=0, below=90)
     crest_width: float = parameter("width of the crest", "m", default=0.0, at_least=0)
 
@@ -69,7 +71,9 @@ class Basin(Checked):
     advice: ClassVar[str] = "retention basins and cuts"
 
     rings: tuple[Array, ...]
-    depth: float = parameter("depth below the ground, which the floor follows", "m", at_least=0)
+    depth: float = parameter(
+        "depth below the ground, which the floor follows", "m", at_least=0, usual=(0.2, 20)
+    )
     side_slope: float = parameter(
         "inclination of the sides on level ground; 90 are vertical",
         "degree",

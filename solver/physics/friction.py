@@ -187,6 +187,7 @@ class Voellmy(Coulomb):
         "Pa",
         default=0.0,
         at_least=0,
+        usual=(5, 20_000),
         advice="0 to 300 for snow (RAMMS), more for cohesive debris.",
     )
     density: float | None = shared(DENSITY, default=None)
