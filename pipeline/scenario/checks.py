@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from math import isfinite, prod
+from itertools import pairwise
+from math import hypot, isfinite, prod
 from pathlib import Path as FilePath
 from typing import Any, TypeVar
 
@@ -57,6 +58,8 @@ ROUND_OFF = 1e-9
 LEAST_SHARE = 1e-4
 # of a level
 FEW_POINTS = 50
+# of a cell
+SHORT = 0.5
 
 
 @dataclass
@@ -343,7 +346,7 @@ class _Judge:
         depths = {} if self.map_files.held is None else self.map_files.held.depths
         raster = [told for each in depths.values() for told in of_depths(each.elevation)]
         odd = [*self.unusual.items(), *raster]
-        kept = [*_left_out(settings), *_densities(settings)]
+        kept = [*_left_out(settings), *_densities(settings), *_odd_sections(settings)]
         return [*files, *lost, *short, *odd, *late, *self.cut.items(), *kept, *drawn]
 
     def _points(self, settings: Settings) -> list[Problem]:
@@ -532,6 +535,27 @@ def _left_out(settings: Settings) -> list[tuple[Path, str]]:
         found.append((path, "leaves out deposit_depth, which a calibration needs"))
     if not kept & FOR_MAPS:
         found.append((path, "leaves out all maxima, so that there is nothing to map"))
+    return found
+
+
+def _odd_sections(settings: Settings) -> list[tuple[Path, str]]:
+    """Say which sections or samples at them are hardly meant."""
+    found: list[tuple[Path, str]] = []
+    lines = [(("inflow", i, "section"), each.section) for i, each in enumerate(settings.inflow)]
+    for i, (path, line) in enumerate(lines):
+        for other, before in lines[:i]:
+            if line in (before, before[::-1]):
+                found.append((path, f"the line is that of inflow.{other[1]} too: both come in there"))
+    lines += [(("sections", i, "line"), each.line) for i, each in enumerate(settings.sections)]
+    spacing = getattr(settings.points, "spacing", None)
+    for path, line in lines:
+        length = sum(hypot(x1 - x0, y1 - y0) for (x0, y0), (x1, y1) in pairwise(line))
+        if spacing is not None and length < spacing * SHORT:
+            told = f"{length:.3g} m are less than {SHORT:g} of a cell, {spacing:g} m"
+            found.append((path, f"{told}: the section is as wide as the cells that it parts"))
+    every, end = settings.output.section_every, settings.time.end
+    if every is not None and end is not None and every > end and settings.sections:
+        found.append((("output", "section_every"), f"{every:g} s are longer than the run, {end:g} s"))
     return found
 
 

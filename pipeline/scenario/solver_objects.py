@@ -271,8 +271,10 @@ def misplaced(
     given, bounds = settings.points, extent(settings)
     lattice = points(settings) if isinstance(given, points_settings.LatticePoints) else None
     slack = 1e-6 * (lattice.spacing if isinstance(lattice, Lattice) else min(map(np.ptp, bounds)))
+    reach = 0.5 * (lattice.spacing if isinstance(lattice, Lattice) else _mean_spacing(settings)) + slack
     for i, each in enumerate(inflows(settings, hydrographs, outlines)):
-        if off := _off(each.line, bounds, slack):
+        off = _off(each.line, bounds, slack) or _crosses_itself(each.line)
+        if off := off or _on_given_depth(each.line, settings, reach):
             yield "inflow", i, off
             continue
         try:
@@ -287,7 +289,7 @@ def misplaced(
         if buildings is not None and found.placed.meets(buildings):
             yield "inflow", i, "expected a section clear of buildings, found one that meets a building"
     for i, section in enumerate(sections(settings)):
-        if off := _off(section.line, bounds, slack):
+        if off := _off(section.line, bounds, slack) or _crosses_itself(section.line):
             yield "sections", i, off
             continue
         try:
@@ -320,6 +322,26 @@ def _off(line: Line, extent: tuple[tuple[float, float], tuple[float, float]], sl
         return ""
     bounds = "x [{:.12g}, {:.12g}] and y [{:.12g}, {:.12g}]".format(*extent[0], *extent[1])
     return f"expected a section inside the domain, {bounds}, found [{corner[0]:.12g}, {corner[1]:.12g}]"
+
+
+def _crosses_itself(line: Line) -> str:
+    """Say that a line meets itself; "" where it does not."""
+    import shapely
+
+    if shapely.LineString(line).is_simple:
+        return ""
+    return "expected a line that does not cross itself, found one that does"
+
+
+def _on_given_depth(line: Line, settings: Settings, reach: float) -> str:
+    """Say that a line lies along a side that holds a depth; "" where it does not."""
+    for axis, name in enumerate(("x", "y")):
+        for side, bound in zip(("min", "max"), getattr(settings.bounds, name), strict=True):
+            held = not isinstance(getattr(settings.boundaries, f"{name}_{side}"), str)
+            if held and all(abs(corner[axis] - bound) <= reach for corner in line):
+                wanted = f"expected a section off {name}_{side}, which holds a depth, found one on it"
+                return f"{wanted}; write open or wall for the side, or move the section inward"
+    return ""
 
 
 def deepest_inflow(

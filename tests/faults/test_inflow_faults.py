@@ -302,3 +302,56 @@ def test_a_zone_over_half_of_a_section_counts_by_half():
     found = rating_of(mixed, Voellmy(4.0, 400.0), *gravity)
     known = rating_of(Inflow("a", line, hydrograph, "normal"), mean, *gravity)
     assert found.depth(5.0) == pytest.approx(known.depth(5.0), rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        (
+            "[[20, -8], [20, 8]]",
+            "[[20, -8], [20, 8], [24, 0], [16, 0]]",
+            "a.yaml:8:27: inflow.0.section: expected a line that does not cross itself, found one that does",
+        ),
+        (
+            "[[60, -8], [60, 8]]",
+            "[[60, -8], [60, 8], [60, 0]]",
+            "a.yaml:9:30: sections.0.line: expected a line that does not cross itself, found one that does",
+        ),
+        (
+            "[[20, -8], [20, 8]], hydrograph: {file: q.csv}}\n",
+            "[[0, -8], [0, 8]], hydrograph: {file: q.csv}}\nboundaries: {x_min: {depth: 1}}\n",
+            "a.yaml:8:27: inflow.0.section: expected a section off x_min, which holds a depth, found one on it; write open or wall for the side, or move the section inward",
+        ),
+    ],
+)
+def test_lines_that_make_no_section_are_refused(refused, old, new, message):
+    assert old in SECTIONS
+    assert refused(SECTIONS.replace(old, new)) == [message]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        (
+            INFLOW,
+            INFLOW + INFLOW.replace("inflow:\n", "").replace("apex", "other"),
+            "inflow.1.section: the line is that of inflow.0 too: both come in there",
+        ),
+        (
+            "[[60, -8], [60, 8]]",
+            "[[60, 0], [60, 0.5]]",
+            "sections.0.line: 0.5 m are less than 0.5 of a cell, 2 m: the section is as wide as the cells that it parts",
+        ),
+        (
+            "sections:",
+            "output: {section_every: 100}\nsections:",
+            "output.section_every: 100 s are longer than the run, 60 s",
+        ),
+    ],
+)
+def test_sections_that_are_hardly_meant_are_warned_of(tmp_path, old, new, message):
+    assert old in SECTIONS
+    (tmp_path / "q.csv").write_text(TABLE)
+    (tmp_path / "a.yaml").write_text(SECTIONS.replace(old, new))
+    (warning,) = load([tmp_path / "a.yaml"])[0].warnings
+    assert warning.endswith(message)
