@@ -148,16 +148,18 @@ def _separated(by: str, lines: Sequence[str]) -> str:
 def split(path: Path, text: str) -> tuple[list[Heading], list[Row]]:
     """Split a table into its headings and rows; empty lines and lines of comment (``#``) are left out.
 
+    Where numbers come next, the last comment before them holds the headings.
+
     Raises
     ------
     BadInput
         If there is no line of headings, or columns are not separated by commas.
     """
-    lines = [
-        (number, line)
-        for number, line in enumerate(text.splitlines(), 1)
-        if line.strip(' ,"\t') and (number == 1 or not line.lstrip().startswith("#"))
-    ]
+    whole = [(at, line) for at, line in enumerate(text.splitlines(), 1) if line.strip(' ,"\t')]
+    lines = [(at, line) for at, line in whole if not line.lstrip().startswith("#")]
+    before = [each for each in whole if not lines or each[0] < lines[0][0]]
+    if before and (not lines or any(number(cell) is not None for cell in _cells(lines[0][1]))):
+        lines = [before[-1], *lines]
     if not lines:
         raise BadInput([Mistake(str(path), 1, 1, "", "expected a line of headings, found an empty file")])
     (first, head), *rest = lines

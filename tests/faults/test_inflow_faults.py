@@ -198,12 +198,15 @@ def test_a_table_that_is_no_hydrograph_is_refused_at_its_lines(refused, table, m
 
 def test_a_table_is_part_of_its_scenario(tmp_path):
     digests = []
-    for table in (TABLE, TABLE.replace("10", "11"), TABLE.replace("time,discharge", "Time (s), Q (m3/s)")):
+    commented = "# gauge 7\n\n# 12 May\n" + TABLE.replace("5,10", "# peak\n5,10")
+    headed = "# gauge 7\n# " + TABLE
+    named = TABLE.replace("time,discharge", "Time (s), Q (m3/s)")
+    for table in (TABLE, TABLE.replace("10", "11"), named, commented, headed):
         (tmp_path / "q.csv").write_text(table)
         (tmp_path / "a.yaml").write_text(BASE + INFLOW)
         digests.append(load([tmp_path / "a.yaml"])[0].digest)
     assert digests[0] != digests[1]
-    assert digests[0] == digests[2]
+    assert digests[0] == digests[2] == digests[3] == digests[4]
 
 
 def test_what_comes_in_after_the_end_is_warned_of(tmp_path):
