@@ -69,7 +69,9 @@ def _repeats(scenario: Scenario) -> bool:
 def _digest(data: Mapping[str, Any], runs: Runs, index: int) -> bytes:
     changed: Any = data
     for path, value in zip(runs.paths, runs.design[index], strict=True):
-        changed = assign(changed, path, _plain(value))
+        # a single inflow is a list of one in what decides results
+        single = path[:1] == ("inflow",) and not isinstance(path[1], int)
+        changed = assign(changed, (path[0], 0, *path[1:]) if single else path, _plain(value))
     return hashlib.sha256(json.dumps(changed, sort_keys=True).encode()).digest()
 
 

@@ -79,7 +79,7 @@ def check_document(document: Document, folder: FilePath) -> Checked:
     """Check one file and every run of its design; tables are looked for relative to ``folder``."""
     if document.mistakes and not document.data:
         return Checked()
-    judge = _Judge(folder)
+    judge = _Judge(folder, isinstance(document.data.get("inflow"), Mapping))
     problems = check(document.data)
     settings = None if isinstance(problems, list) else problems
     sample = None if settings is None else settings.sample
@@ -114,8 +114,10 @@ def check_document(document: Document, folder: FilePath) -> Checked:
 class _Judge:
     """Judges settings that keep to the schema, and remembers what to warn of."""
 
-    def __init__(self, folder: FilePath) -> None:
+    def __init__(self, folder: FilePath, single: bool = False) -> None:
         self.folder = folder
+        # whether the one inflow is written without a list
+        self.single = single
         self.tables: dict[str, ElevationTable] = {}
         self.hydrographs: dict[str, HydrographTable] = {}
         self.mistakes: list[Mistake] = []
@@ -139,6 +141,16 @@ class _Judge:
 
     def problems(self, settings: Settings) -> list[Problem]:
         """List what is wrong with the settings of one run, which keep to the schema."""
+        return [
+            replace(each, path=self._written(each.path), related=tuple(map(self._written, each.related)))
+            for each in self._problems(settings)
+        ]
+
+    def _written(self, path: Path) -> Path:
+        """Give a path as the file has it."""
+        return (*path[:1], *path[2:]) if self.single and path[:2] == ("inflow", 0) else path
+
+    def _problems(self, settings: Settings) -> list[Problem]:
         problems = self._table(settings) + self._points(settings) + self._hydrographs(settings)
         problems += _zones(settings) + _crossing_structures(settings)
         self.unusual |= unusual(settings)
@@ -347,7 +359,8 @@ class _Judge:
         raster = [told for each in depths.values() for told in of_depths(each.elevation)]
         odd = [*self.unusual.items(), *raster]
         kept = [*_left_out(settings), *_densities(settings), *_odd_sections(settings)]
-        return [*files, *lost, *short, *odd, *late, *self.cut.items(), *kept, *drawn]
+        found = [*files, *lost, *short, *odd, *late, *self.cut.items(), *kept, *drawn]
+        return [(self._written(path), told) for path, told in found]
 
     def _points(self, settings: Settings) -> list[Problem]:
         """Read the file of a ``file`` layout, once, and list what is wrong with its points."""

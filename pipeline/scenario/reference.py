@@ -131,13 +131,13 @@ def _title(loc: tuple[str, ...], model: type[BaseModel]) -> str | None:
     match loc:
         case ():
             return "The file"
-        case (*_, "given") | (_, "many", _):
+        case (*_, "given") | (_, "many", _) | ("inflow", "many", *_):
             return None
         case _ if _is_one_of(loc, model):
             return f"`{_dotted(loc[:-1])}`, {choosing_key(model)} `{loc[-1]}`"
         case ("points", "graded", *rest):
             return f"`points`, `{'.'.join(rest)}` of layout `graded`"
-        case ("inflow",) | ("sections",):
+        case ("inflow", "one") | ("sections",):
             return f"Each of `{loc[0]}`"
         case ("sample", "correlations") | ("receptors", "list"):
             return f"Each of `{'.'.join(part for part in loc if part != 'list')}`"

@@ -31,7 +31,7 @@ def path_of(key: str, data: Mapping[str, Any]) -> Path | None:
     """Give the path of a dotted key; None where a run of its own store would differ, or a part leads nowhere.
 
     Sections that may be left out are passed through; whether the last part exists is for the schema to say.
-    A single release may be addressed as the first of a list.
+    A single release or inflow may be addressed as the first of a list.
     """
     names = key.split(".")
     if names[0] not in SWEEPABLE:
@@ -44,7 +44,7 @@ def path_of(key: str, data: Mapping[str, Any]) -> Path | None:
                 return None
             path.append(int(name))
             node = node[int(name)]
-        elif isinstance(node, Mapping) and path == ["release"] and name == "0":
+        elif isinstance(node, Mapping) and path in (["release"], ["inflow"]) and name == "0":
             continue
         elif isinstance(node, Mapping):
             path.append(name)
@@ -70,9 +70,12 @@ def meaning_of(key: str, settings: Settings) -> tuple[str, str]:
     at: Any = settings
     unit = meaning = ""
     for part in key.split("."):
-        if isinstance(at, tuple):
+        if isinstance(at, tuple) and part.isdigit():
             at = at[int(part)]
-        elif part in type(at).model_fields:
+            continue
+        # of a single inflow
+        at = at[0] if isinstance(at, tuple) else at
+        if part in type(at).model_fields:
             unit, meaning = declared(at, part, "unit"), declared(at, part, "description")
             at = getattr(at, part)
     return unit, meaning

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from math import ceil, floor, log10, prod, sqrt
-from typing import Annotated, Any, Literal, get_args
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias, get_args
 
 from pydantic import Discriminator, Field, PrivateAttr, Tag, model_validator
 
@@ -147,6 +147,14 @@ OneOrMany = Annotated[
     Discriminator(_one_or_many),
 ]
 
+if TYPE_CHECKING:
+    Inflows: TypeAlias = tuple[Inflow, ...]
+else:
+    Inflows = Annotated[
+        Annotated[Inflow, Tag("one")] | Annotated[tuple[Inflow, ...], Tag("many")],
+        Discriminator(_one_or_many),
+    ]
+
 _Several = Annotated[tuple[Positive, ...], Field(min_length=1)]
 
 
@@ -220,8 +228,9 @@ class Settings(Section):
     release: OneOrMany | None = key(
         "what is released, one shape or a list of them; may be left out beside an inflow", default=None
     )
-    inflow: tuple[Inflow, ...] = key(
-        "hydrographs that come in through sections, beside a release or without one", default=()
+    inflow: Inflows = key(
+        "hydrographs that come in through sections, one or a list of them, beside a release or without one",
+        default=(),
     )
     sections: tuple[MeasuredSection, ...] = key(
         "lines that discharge, volume, peak and arrival are wanted of", default=()
@@ -271,6 +280,13 @@ class Settings(Section):
 
     # of all runs, s; hydrographs of files are known once they are read
     _last_inflow: float = PrivateAttr(default=0.0)
+
+    @model_validator(mode="after")
+    def _listed(self) -> Settings:
+        if not isinstance(self.inflow, tuple):
+            # frozen for all but its own making
+            object.__setattr__(self, "inflow", (self.inflow,))
+        return self
 
     @model_validator(mode="after")
     def _countable(self) -> Settings:

@@ -1,16 +1,19 @@
 """Inflows and sections that cannot be: each is refused with its place, before anything is written."""
 # ruff: noqa: E501 - a message is one line
 
+import json
 import pickle
 
 import numpy as np
 import pytest
 
 from pipeline.mistakes import BadInput
+from pipeline.runs.duplicates import _digest, _plain
 from pipeline.runs.runs import expand
 from pipeline.runs.size import size
 from pipeline.scenario import solver_objects
 from pipeline.scenario.scenario import load
+from pipeline.scenario.sweep import meaning_of
 from solver.inflow.conditions import Inflow, rating_of
 from solver.inflow.hydrograph import Hydrograph
 from solver.physics.friction import Voellmy
@@ -358,3 +361,33 @@ def test_sections_that_are_hardly_meant_are_warned_of(tmp_path, old, new, messag
     (tmp_path / "a.yaml").write_text(SECTIONS.replace(old, new))
     (warning,) = load([tmp_path / "a.yaml"])[0].warnings
     assert warning.endswith(message)
+
+
+SINGLE = BASE + "inflow: {name: apex, section: [[20, -8], [20, 8]], hydrograph: {file: q.csv}}\n"
+
+
+def test_one_inflow_is_written_without_a_list(tmp_path):
+    (tmp_path / "q.csv").write_text(TABLE)
+    found = []
+    for text in (SINGLE, BASE + INFLOW):
+        (tmp_path / "a.yaml").write_text(text)
+        found.append(load([tmp_path / "a.yaml"])[0])
+    assert found[0].settings.inflow == found[1].settings.inflow
+    assert found[0].digest == found[1].digest
+
+
+def test_keys_of_one_inflow_are_those_of_its_mapping(tmp_path, refused):
+    off = "inflow.section: expected a section inside the domain"
+    (line,) = refused(SINGLE.replace("[20, 8]", "[200, 8]"))
+    assert line.startswith(f"a.yaml:7:31: {off}")
+    missing, unknown = refused(SINGLE.replace("hydrograph", "graph"))
+    assert "inflow.hydrograph: expected a value, found nothing" in missing
+    assert "inflow.graph: expected one of the keys name, section" in unknown
+    shape = SINGLE.replace("file: q.csv", "shape: triangle, volume: 100, peak_discharge: 10")
+    for key in ("inflow.hydrograph.volume", "inflow.0.hydrograph.volume"):
+        (tmp_path / "a.yaml").write_text(shape + f"sweep: {{{key}: [100, 200]}}\n")
+        runs = expand(load([tmp_path / "a.yaml"])[0])
+        assert [run.settings.inflow[0].hydrograph.volume for run in runs] == [100, 200]
+        assert meaning_of(key, runs[0].settings)[0] == "m3"
+        data = _plain(json.loads(load([tmp_path / "a.yaml"])[0].content))
+        assert _digest(data, runs, 0) != _digest(data, runs, 1)
