@@ -23,6 +23,8 @@ from solver.emulator.posterior import Measured
 
 Array = NDArray[np.float64]
 COUNTS = (32, 64, 128)
+# as many as the shipped valley has, on its spacing
+SHIPPED = 256
 # blocks are of what is in the truth of both spacings
 LEAST = min(VALLEY.truth.values())
 MISSING = 8
@@ -61,7 +63,7 @@ def errors(
 
 
 def maps(wide: Truth, close: Truth) -> Iterator[dict[str, object]]:
-    """Compare maps of few runs, of runs without the largest, and of two spacings."""
+    """Compare maps of few runs, of runs without the largest, of two spacings, and of the shipped valley."""
     for count in COUNTS:
         for rows in blocks(count, LEAST):
             yield from errors(wide.runs(rows), wide, wide.depth(rows), f"{count} runs at {WIDE:g} m")
@@ -74,6 +76,9 @@ def maps(wide: Truth, close: Truth) -> Iterator[dict[str, object]]:
         runs, few = wide.runs(rows, close, PAIRS), close.depth(rows[:PAIRS])
         words = f"64 runs at {WIDE:g} m and {PAIRS} at {CLOSE:g} m"
         yield from errors(runs, close, few, words, two_levels=True)
+    for rows in blocks(SHIPPED, LEAST):
+        words = f"{SHIPPED} runs at {CLOSE:g} m"
+        yield from errors(close.runs(rows), close, close.depth(rows), words)
 
 
 def next_runs(wide: Truth) -> Iterator[dict[str, object]]:

@@ -3,9 +3,12 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+import xarray as xr
+import yaml
 from root import ROOT
 
 from pipeline.studies.emulation import __main__ as command
+from pipeline.studies.emulation import valley
 from pipeline.studies.emulation.cases import CASES, VALLEY
 from pipeline.studies.emulation.truth import Truth
 from pipeline.studies.emulation.valley import errors
@@ -19,7 +22,7 @@ SMALL = replace(
     arrival=(60.0,),
     few=(FEW,),
 )
-pytestmark = pytest.mark.slow
+slow = pytest.mark.slow
 
 
 @pytest.fixture(scope="module")
@@ -40,6 +43,7 @@ def read(path):
     return table.apply(lambda column: pd.to_numeric(column, errors="coerce").fillna(column))
 
 
+@slow
 def test_the_command_tables_every_threshold_of_a_case_and_how_verdicts_come_out(place):
     table = read(place / "tables" / "small.md").set_index(["what", "place"])
     depths = table.loc[(["depth above 0.25 m", "depth above 0.5 m"], "map"), :]
@@ -56,6 +60,7 @@ def test_the_command_tables_every_threshold_of_a_case_and_how_verdicts_come_out(
     assert (supported["rmse"] < supported["rmse_of_share"]).all()
 
 
+@slow
 def test_few_emulated_runs_of_the_valley_are_nearer_to_many_than_their_share(place):
     truth = Truth(place, SMALL.named(SPACING))
     for start in (64, 128):
@@ -67,3 +72,28 @@ def test_few_emulated_runs_of_the_valley_are_nearer_to_many_than_their_share(pla
             assert row["rmse"] < 0.6 * row["rmse_of_share"]
             assert row["coverage"] >= 0.95
             assert row["interval"] < 0.5 * row["interval_of_sampling"]
+
+
+def test_the_shipped_valley_is_compared_with_the_runs_on_its_own_spacing(monkeypatch):
+    class Runs:
+        def __init__(self, spacing):
+            self.spacing, self.store = spacing, xr.Dataset({"volume": ("run", np.arange(4096.0))})
+
+        def runs(self, rows, *finer, failed=None):
+            return self.spacing, rows
+
+        def depth(self, rows):
+            return rows
+
+    said = []
+    monkeypatch.setattr(
+        valley, "errors", lambda runs, truth, plain, what, **_: said.append((what, runs, truth)) or ()
+    )
+    wide, close = Runs(8.0), Runs(4.0)
+    assert list(valley.maps(wide, close)) == []
+    rows = [(runs, truth) for what, runs, truth in said if what == "256 runs at 4 m"]
+    assert {truth for _, truth in rows} == {close}
+    assert [spacing for (spacing, _), _ in rows] == [4.0] * 4
+    # blocks of all of them, none in two
+    assert np.array_equal(np.concatenate([block for (_, block), _ in rows]), np.arange(1024))
+    assert yaml.safe_load(VALLEY.file.read_text())["sample"]["count"] == valley.SHIPPED
