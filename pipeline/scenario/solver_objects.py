@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pipeline.settings import points as points_settings
 from pipeline.settings.erodible_bed import ErodibleBed as ErodibleSettings
 from pipeline.settings.generated import Generated
-from pipeline.settings.inflow import HydrographFile
+from pipeline.settings.inflow import HydrographFile, HydrographList
 from pipeline.settings.physics import MaterialLaws
 from pipeline.settings.surface import ElevationTerrain, PolygonsRelease
 from solver.inflow.clouds import frame_of_bounds
@@ -234,6 +234,9 @@ def graphs(settings: Settings, hydrographs: Hydrographs) -> tuple[Hydrograph, ..
     for each in settings.inflow:
         if isinstance(each.hydrograph, HydrographFile):
             found.append(hydrographs[each.hydrograph.file].hydrograph)
+        elif isinstance(each.hydrograph, HydrographList):
+            held = np.array(each.hydrograph.times), np.array(each.hydrograph.discharges)
+            found.append(Hydrograph(*held))
         else:
             triangle: Triangle = each.hydrograph.make()
             found.append(triangle.hydrograph())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, Tag, model_validator
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from pipeline.settings.settings import Settings
 
 Line = Annotated[tuple[Pair, ...], Field(min_length=2)]
+NotNegative = Annotated[float, Field(ge=0)]
 LONGEST_NAME = 100
 
 
@@ -31,6 +33,31 @@ class HydrographFile(Section):
     )
 
 
+class HydrographList(Section):
+    """A hydrograph of a few numbers: linear between its times, zero before the first and after the last."""
+
+    advice = "a few times and discharges"
+    shape: Literal["list"] = key("hydrograph of lists; may be left out, as `times` says it", default="list")
+    times: Annotated[tuple[NotNegative, ...], Field(min_length=2)] = key("times, increasing", "s")
+    discharges: Annotated[tuple[NotNegative, ...], Field(min_length=2)] = key(
+        "discharge at each of the times", "m3 s-1"
+    )
+
+    @model_validator(mode="after")
+    def _fit(self) -> HydrographList:
+        if len(self.discharges) != len(self.times):
+            wanted = f"expected {len(self.times)} values, one a time, found {len(self.discharges)}"
+            raise relation(wanted, "discharges", "times")
+        for i, (before, after) in enumerate(pairwise(self.times), 1):
+            if after <= before:
+                raise relation(
+                    f"expected times that increase, found {after:g} after {before:g}", f"times.{i}"
+                )
+        if not any(self.discharges):
+            raise relation("expected a discharge above 0, found none", "discharges")
+        return self
+
+
 def _word_or_number(value: Any) -> str:
     return "word" if isinstance(value, str) else "number"
 
@@ -44,9 +71,11 @@ Triangle = section_of(TriangleOfVolume, "shape")
 # pickle finds it here
 Triangle.__module__ = __name__
 if TYPE_CHECKING:
-    AnyHydrograph = Generated | HydrographFile
+    AnyHydrograph = Generated | HydrographFile | HydrographList
 else:
-    AnyHydrograph = union_of("shape", [HydrographFile, Triangle], implied={"file": "file"})
+    AnyHydrograph = union_of(
+        "shape", [HydrographFile, HydrographList, Triangle], implied={"file": "file", "times": "list"}
+    )
 
 
 class Inflow(Section):

@@ -85,7 +85,7 @@ def refused(tmp_path):
         (
             "file: q.csv",
             "volume: 100",
-            "a.yaml:8:48: inflow.0.hydrograph.shape: expected one of file, triangle, found nothing",
+            "a.yaml:8:48: inflow.0.hydrograph.shape: expected one of file, list, triangle, found nothing",
         ),
         (
             "file: q.csv",
@@ -391,3 +391,31 @@ def test_keys_of_one_inflow_are_those_of_its_mapping(tmp_path, refused):
         assert meaning_of(key, runs[0].settings)[0] == "m3"
         data = _plain(json.loads(load([tmp_path / "a.yaml"])[0].content))
         assert _digest(data, runs, 0) != _digest(data, runs, 1)
+
+
+def test_a_hydrograph_is_written_as_lists_too(tmp_path):
+    (tmp_path / "a.yaml").write_text(
+        SINGLE.replace("file: q.csv", "times: [0, 5.5, 20], discharges: [0, 10, 0]")
+    )
+    (scenario,) = load([tmp_path / "a.yaml"])
+    (graph,) = solver_objects.graphs(scenario.settings, {})
+    assert graph.times.tolist() == [0, 5.5, 20]
+    assert graph.volumes[-1] == pytest.approx(100)
+
+
+@pytest.mark.parametrize(
+    ("lists", "message"),
+    [
+        ("times: [0, 5], discharges: [0, 10, 0]", "discharges: expected 2 values, one a time, found 3"),
+        (
+            "times: [0, 5, 5], discharges: [0, 10, 0]",
+            "times.2: expected times that increase, found 5 after 5",
+        ),
+        ("times: [0, 5], discharges: [0, 0]", "discharges: expected a discharge above 0, found none"),
+        ("times: [0, 5]", "discharges: expected a value, found nothing"),
+        ("times: [-1, 5], discharges: [1, 1]", "times.0: expected a number of at least 0, found -1"),
+    ],
+)
+def test_lists_that_make_no_hydrograph_are_refused(refused, lists, message):
+    (line,) = refused(SINGLE.replace("file: q.csv", lists))
+    assert line.endswith(f"inflow.hydrograph.{message}")
