@@ -17,6 +17,7 @@ from pipeline.assess.georeference import Frame, MapAxes
 from pipeline.assess.receptors import Cells
 from pipeline.inputs import text_table
 from pipeline.inputs.polygons import crossing
+from pipeline.inputs.raster_band import scaled
 from pipeline.readable import percent
 from pipeline.scenario.scenario import stored
 
@@ -166,16 +167,18 @@ def _raster(path: Path, store: xr.Dataset, cells: Cells, threshold: float) -> Ar
                 raise ObservationError(f"{path}: expected a raster with a reference system, found none")
             x, y = _transformed(crs, raster.crs, easting, northing)
             found = np.ma.stack(list(raster.sample(zip(x, y, strict=True), indexes=1, masked=True)))
-            whole = np.nan_to_num(np.ma.filled(raster.read(1, masked=True).astype(np.float64), 0.0))
+            depth = np.nan_to_num(np.ma.filled(scaled(found[:, 0], raster), 0.0))
+            whole = np.nan_to_num(np.ma.filled(scaled(raster.read(1, masked=True), raster), 0.0))
             ring = _transformed(crs, raster.crs, *_footprint(store, cells))
             rows, columns = np.nonzero(whole > threshold)
             places = np.stack(rasterio.transform.xy(raster.transform, rows, columns), axis=1)
     except rasterio.RasterioIOError as error:
-        raise ObservationError(f"{path}: expected a raster: {error}") from error
+        why = "none, or one that is cut off or damaged"
+        raise ObservationError(f"{path}: expected a raster, found {why}: {error}") from error
     _refuse_negative(path, whole)
     outside = ~Outline(np.stack(ring, axis=1)).contains_points(places)
     _refuse_outside_map(path, float(outside.mean()) if outside.size else 0.0, store)
-    return np.nan_to_num(np.ma.filled(found[:, 0].astype(np.float64), 0.0))
+    return depth
 
 
 def _refuse_negative(path: Path, depth: Array) -> None:

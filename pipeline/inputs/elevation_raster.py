@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -12,13 +13,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pipeline.inputs.raster_band import CUT_OFF, scaled
+
 # What rasters hold where they hold nothing, beside the value that they declare.
 NO_DATA = (-9999.0, -99999.0, -32768.0, -32767.0)
 # Elevations on Earth, m, with room to spare.
 LOWEST, HIGHEST = -500.0, 9000.0
 EVEN = 1e-3
-# how units of elevation that are no metres begin
-FEET = ("ft", "feet", "foot", "us survey f", "us-ft")
+# units of elevation: metres, and what is found in feet
+METRES = ("", "m", "metre", "metres", "meter", "meters", "m asl", "m a.s.l.", "masl", "m above sea level")
+FEET = ("ft", "feet", "foot", "'")
 
 
 class ElevationRasterError(ValueError):
@@ -84,27 +88,41 @@ class RasterExtent:
 def _opened(path: Path) -> Iterator[Any]:
     """Open a raster of one band with square cells north up."""
     import rasterio
-    from rasterio.errors import RasterioError
+    from rasterio.errors import NotGeoreferencedWarning, RasterioError
 
     try:
-        source = rasterio.open(path)
+        with warnings.catch_warnings():
+            # it is told below
+            warnings.simplefilter("ignore", NotGeoreferencedWarning)
+            source = rasterio.open(path)
     except RasterioError as error:
         expected = "expected an elevation model as GeoTIFF, ASC or NetCDF"
         raise ElevationRasterError(f"{expected}, found {path.name}, which is none: {error}") from None
     with source:
+        if source.subdatasets:
+            names = [each.rpartition(":")[2] for each in source.subdatasets]
+            raise ElevationRasterError(
+                f"expected a raster of one variable, found {', '.join(names)}; write that of elevations to a "
+                f"file of its own: gdal_translate NETCDF:{path.name}:{names[0]} {names[0]}.tif"
+            )
         if source.count != 1:
             raise ElevationRasterError(f"expected a raster of one band, found {source.count} bands")
         step = source.transform
+        if step.is_identity:
+            raise ElevationRasterError(
+                "expected a raster that says where it lies, found one without corner and cell size; "
+                "gdal_edit.py -a_ullr WEST NORTH EAST SOUTH gives it them"
+            )
         if step.b or step.d or step.e >= 0 or abs(step.a + step.e) > EVEN * step.a:
             raise ElevationRasterError(
                 "expected square cells north up, found others; gdalwarp -tr D D makes them"
             )
-        unit = str(source.units[0] or "").lower()
-        if unit.startswith(FEET):
-            raise ElevationRasterError(
-                f"expected elevations in metres, found '{source.units[0]}'; "
-                "gdal_calc.py --calc 'A*0.3048' makes metres of feet"
-            )
+        unit = str(source.units[0] or "").strip().strip("[]").lower()
+        if unit not in METRES:
+            fix = "gdal_calc.py --calc 'A*0.3048' makes metres of feet"
+            if not any(word in unit for word in FEET):
+                fix = f"gdal_calc.py makes metres of others, and gdal_edit.py -units m {path.name} says so"
+            raise ElevationRasterError(f"expected elevations in metres, found '{source.units[0]}'; {fix}")
         yield source
 
 
@@ -171,17 +189,22 @@ def read(
                 raise ElevationRasterError(
                     f"expected a raster that covers the domain, found one of {_extent(source.bounds)}"
                 ) from None
-        values = source.read(1, window=window, masked=True)
+        try:
+            values = source.read(1, window=window, masked=True)
+        except RasterioError:
+            raise ElevationRasterError(f"expected an elevation model, found one {CUT_OFF}") from None
+        values[np.isin(values, NO_DATA)] = np.ma.masked
+        elevation = np.ma.filled(scaled(values, source), np.nan)[::-1]
         corner = source.window_transform(window)
         east, north = corner.c + corner.a / 2, corner.f + corner.e / 2
-    elevation = np.ma.filled(values.astype(np.float64), np.nan)[::-1]
-    elevation[np.isin(elevation, NO_DATA)] = np.nan
     if not np.isfinite(elevation).any():
         raise ElevationRasterError("expected elevations, found no data alone in the domain")
     low, high = float(np.nanmin(elevation)), float(np.nanmax(elevation))
     if low < LOWEST or high > HIGHEST:
+        worst = low if low < LOWEST else high
         raise ElevationRasterError(
-            f"expected elevations between {LOWEST:g} and {HIGHEST:g} m, found {low:g} to {high:g}"
+            f"expected elevations between {LOWEST:g} and {HIGHEST:g} m, found {low:g} to {high:g}; where "
+            f"{worst:.10g} means no data, declare it in the file (gdal_edit.py -a_nodata {worst:.10g})"
         )
     rows, columns = elevation.shape
     if min(rows, columns) < 4:

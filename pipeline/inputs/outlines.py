@@ -11,6 +11,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from pipeline.inputs.raster_band import CUT_OFF, scaled
+
 Array = NDArray[np.float64]
 Kind = Literal["point", "line", "polygon"]
 # beyond it a coordinate is no degree
@@ -155,8 +157,12 @@ def read_classes(path: Path, crs: str) -> tuple[Outline, ...]:
             raise OutlineError(f"expected a raster of one band, found {source.count} bands")
         if source.crs is None:
             raise OutlineError(f"expected a reference system, found none in {path.name}")
-        values, step, system = source.read(1, masked=True), source.transform, source.crs
-    classes = np.ma.filled(values, 0).astype(np.float64)
+        try:
+            values = source.read(1, masked=True)
+        except RasterioError:
+            raise OutlineError(f"expected a raster of classes, found one {CUT_OFF}") from None
+        classes = np.ma.filled(scaled(values, source), 0.0)
+        step, system = source.transform, source.crs
     if not (np.mod(classes, 1) == 0).all():
         raise OutlineError("expected whole numbers as classes, found others")
     found: dict[int, list[Array]] = {}

@@ -537,7 +537,17 @@ def test_a_raster_of_classes_makes_zones_too(folder):
     np.testing.assert_array_equal(scene.zones[0].share, 1.0 * (land[::-1] == 3))
     np.testing.assert_array_equal(scene.zones[1].share, 1.0 * (land[::-1] == 7))
     assert scene.zones[1].friction.bed_friction == 35
+    # classes that are stored as something else
+    write_raster(folder / "land.tif", land - 1)
+    with rasterio.open(folder / "land.tif", "r+") as raster:
+        raster.offsets = (1.0,)
+    (again,) = load([written(folder, TEXT, (PRESSURE, f"{PRESSURE}, {zones}"))])
+    assert again.digest == scenario.digest
     unknown = (PRESSURE, f"{PRESSURE}, {zones.replace('7', '5')}")
     assert "expected one of the polygons 3, 7, found '5'" in refused(folder, unknown)
     write_raster(folder / "land.tif", land + 0.5)
     assert "expected whole numbers as classes" in refused(folder, (PRESSURE, f"{PRESSURE}, {zones}"))
+    (folder / "land.tif").write_bytes((folder / "land.tif").read_bytes()[:9000])
+    assert "a raster of classes, found one which cannot" in refused(
+        folder, (PRESSURE, f"{PRESSURE}, {zones}")
+    )

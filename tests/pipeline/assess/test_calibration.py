@@ -95,6 +95,16 @@ def test_a_raster_on_the_map_is_a_survey(made, tmp_path, name):
     found = read(path, on_map(made), 0.1)
     assert found.depth.reshape(5, 10).tolist() == [[0, 0, 0, 2, 2, 2, 2, 0, 0, 0]] * 5
     assert score(made, found, 0.1).loc[0, "volume_misfit"] == pytest.approx(-0.5)
+    # in centimetres, by the scale of the file
+    with rasterio.open(path, "w", "GTiff", **{**size, "dtype": "int16"}, **place) as raster:
+        raster.write(np.where(depth > 0, depth * 100, depth).astype(np.int16), 1)
+        raster.scales = (0.01,)
+    np.testing.assert_allclose(read(path, on_map(made), 0.1).depth, found.depth, rtol=1e-12)
+    with rasterio.open(path, "w", "GTiff", **size, **place) as raster:
+        raster.write(depth, 1)
+    path.write_bytes(path.read_bytes()[:-60])
+    with pytest.raises(ObservationError, match="found none, or one that is cut off or damaged"):
+        read(path, on_map(made), 0.1)
 
 
 def test_accepted_runs_narrow_the_parameters(made, outline):

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import rasterio
+import xarray as xr
 from rasterio.transform import Affine, from_origin
 
 from pipeline.inputs.elevation_raster import ElevationRasterError, read
@@ -62,12 +63,75 @@ def test_no_data_declared_or_usual_is_nan(tmp_path):
         ({"transform": from_origin(2600000, 1200120, 5, 8)}, "square cells north up"),
         ({"transform": Affine(4, 3, 2600000, 3, -4, 1200000)}, "square cells north up"),
         ({"values": np.full_like(Z, -9999)}, "found no data alone"),
-        ({"values": Z + 20000}, "found 21000 to 21719"),
+        ({"values": Z + 20000}, "found 21000 to 21719; where 21719 means no data.*-a_nodata 21719"),
+        ({"transform": Affine.identity()}, "without corner and cell size; gdal_edit.py -a_ullr"),
     ],
 )
 def test_what_is_no_elevation_model_is_told(tmp_path, given, words):
     with pytest.raises(ElevationRasterError, match=words):
         read(write(tmp_path / "dem.tif", **given))
+
+
+@pytest.mark.parametrize("part", [{}, {"x": (2600050, 2600080), "y": (1200040, 1200060)}])
+def test_scale_and_offset_make_metres_of_what_is_stored(tmp_path, part):
+    stored = np.round((Z - 900) * 10).astype(np.int16)
+    stored[12, 15] = -32768
+    plain = read(write(tmp_path / "plain.tif", stored, nodata=-32768), **part).elevation
+    path = write(tmp_path / "dem.tif", stored, nodata=-32768)
+    with rasterio.open(path, "r+") as raster:
+        raster.scales, raster.offsets = (0.1,), (900.0,)
+    found = read(path, **part).elevation
+    np.testing.assert_array_equal(found, plain * 0.1 + 900)
+    assert np.isnan(found).sum() == 1
+
+
+def test_scale_and_offset_of_netcdf(tmp_path):
+    sides = {"x": 2600002.5 + 5 * np.arange(30), "y": 1200117.5 - 5 * np.arange(24)}
+    places = {
+        name: (name, side, {"units": "m", "standard_name": f"projection_{name}_coordinate"})
+        for name, side in sides.items()
+    }
+    packed = {"scale_factor": 0.1, "add_offset": 1000.0, "dtype": "int16", "_FillValue": -32768}
+    data = xr.Dataset({"elevation": (("y", "x"), Z, {"units": "m"})}, places)
+    data.to_netcdf(tmp_path / "dem.nc", encoding={"elevation": packed})
+    found = read(tmp_path / "dem.nc", "EPSG:2056")
+    np.testing.assert_allclose(found.elevation, Z[::-1], atol=1e-9)
+    (data.assign(slope=data["elevation"] * 0)).to_netcdf(tmp_path / "two.nc")
+    with pytest.raises(ElevationRasterError, match=r"found elevation, slope; .* NETCDF:two\.nc:elevation "):
+        read(tmp_path / "two.nc", "EPSG:2056")
+
+
+@pytest.mark.parametrize("unit", ["", "m", "Metre", "[m]", "meters", "m a.s.l."])
+def test_units_that_are_metres(tmp_path, unit):
+    with rasterio.open(write(tmp_path / "dem.tif"), "r+") as raster:
+        raster.units = (unit,)
+    np.testing.assert_array_equal(read(tmp_path / "dem.tif").elevation, Z[::-1])
+
+
+@pytest.mark.parametrize(
+    ("unit", "told"),
+    [
+        ("usft", r"found 'usft'; gdal_calc\.py --calc 'A\*0\.3048' makes metres of feet"),
+        ("survey feet", "makes metres of feet"),
+        (
+            "cm",
+            r"found 'cm'; gdal_calc\.py makes metres of others, and gdal_edit\.py -units m dem\.tif says so",
+        ),
+        ("millimetre", "found 'millimetre'"),
+    ],
+)
+def test_units_that_are_none(tmp_path, unit, told):
+    with rasterio.open(write(tmp_path / "dem.tif"), "r+") as raster:
+        raster.units = (unit,)
+    with pytest.raises(ElevationRasterError, match=told):
+        read(tmp_path / "dem.tif")
+
+
+def test_a_file_that_is_cut_off(tmp_path):
+    path = write(tmp_path / "dem.tif")
+    path.write_bytes(path.read_bytes()[:1500])
+    with pytest.raises(ElevationRasterError, match="cannot be read to its end: it is cut off or damaged"):
+        read(path)
 
 
 def test_other_files_and_places_are_told(tmp_path):
