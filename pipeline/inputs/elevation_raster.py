@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.inputs.raster_band import CUT_OFF, scaled
+from pipeline.inputs.reference_system import called, in_plan
 
 # What rasters hold where they hold nothing, beside the value that they declare.
 NO_DATA = (-9999.0, -99999.0, -32768.0, -32767.0)
@@ -236,10 +237,17 @@ def _system(found: object, given: str | None) -> str:
         raise ElevationRasterError(
             f"expected a reference system, as EPSG:2056, found '{given}', which is none"
         ) from None
-    if not system.is_projected:
+    if (plan := in_plan(system.to_wkt())) != system.to_wkt():
+        system = CRS.from_wkt(plan)
+    if system.is_geographic:
         raise ElevationRasterError(
             "expected coordinates in metres, found a reference system in degrees; "
             "gdalwarp -t_srs EPSG:... projects the raster"
+        )
+    if not system.is_projected:
+        raise ElevationRasterError(
+            f"expected a projected reference system, found {called(system.to_wkt())}, which is none; "
+            "gdal_edit.py -a_srs EPSG:... gives the raster one"
         )
     units, factor = system.linear_units_factor
     if abs(factor - 1) > 1e-9:

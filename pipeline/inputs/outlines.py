@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.inputs.raster_band import CUT_OFF, scaled
+from pipeline.inputs.reference_system import called
 
 Array = NDArray[np.float64]
 Kind = Literal["point", "line", "polygon"]
@@ -222,9 +223,11 @@ def _brought(corners: Array, system: Any, crs: str, where: str) -> Array:
     try:
         found = np.stack(transform(system, crs, *corners.T), axis=1)
     except (CPLE_BaseError, ValueError) as error:
-        raise OutlineError(f"expected coordinates that {crs} can hold, found {where}: {error}") from None
+        raise OutlineError(
+            f"expected coordinates that {called(crs)} can hold, found {where}: {error}"
+        ) from None
     if not np.isfinite(found).all():
-        raise OutlineError(f"expected coordinates that {crs} can hold, found others in {where}")
+        raise OutlineError(f"expected coordinates that {called(crs)} can hold, found others in {where}")
     return found
 
 

@@ -11,6 +11,8 @@ from pipeline.settings.hazard import Georeference
 
 # degrees beyond the area that a reference system is made for
 FAR = 3.0
+# share by which lengths in plan may differ from those on the ground
+STRETCH = 0.005
 
 
 @lru_cache(maxsize=64)
@@ -54,14 +56,45 @@ def elsewhere(crs: str, x: float, y: float) -> str | None:
         if area.west - FAR <= lon <= area.east + FAR and area.south - FAR <= lat <= area.north + FAR:
             return None
         where = f"at longitude {lon:.1f} and latitude {lat:.1f}"
-    return f"{where}, but {crs} is used in {area.name.rstrip('.')}: check the system"
+    return f"{where}, but {called(crs)} is used in {area.name.rstrip('.')}: check the system"
+
+
+def stretched(crs: str, x: float, y: float) -> str | None:
+    """Say how much longer or shorter than on the ground lengths are at a place, if by more than `STRETCH`."""
+    import pyproj
+
+    system = pyproj.CRS.from_user_input(crs)
+    lon, lat = pyproj.Transformer.from_crs(system, system.geodetic_crs, always_xy=True).transform(x, y)
+    if not (isfinite(lon) and isfinite(lat)):
+        return None
+    factors = pyproj.Proj(system).get_factors(lon, lat)
+    scale = max(factors.meridional_scale, factors.parallel_scale, key=lambda each: abs(each - 1))
+    if not (isfinite(scale) and abs(scale - 1) > STRETCH):
+        return None
+    wrong = f"lengths in {called(crs)} are {scale:.3g} times those on the ground"
+    return f"{wrong} there: gdalwarp -t_srs EPSG:... to the system of the country, or of the UTM zone"
+
+
+def called(crs: str) -> str:
+    """Give a reference system by its code, or by its name where it is WKT."""
+    import pyproj
+
+    return crs if crs.startswith("EPSG:") else f"'{pyproj.CRS.from_user_input(crs).name}'"
+
+
+def in_plan(crs: str) -> str:
+    """Give the part in plan of a reference system with heights, as WKT; others as they are."""
+    import pyproj
+
+    system = pyproj.CRS.from_user_input(crs)
+    return system.sub_crs_list[0].to_wkt() if system.is_compound else crs
 
 
 def same(one: str, other: str) -> bool:
-    """Whether two reference systems, by code or WKT, are the same one but for the order of axes."""
+    """Whether two reference systems, by code or WKT, are the same one but for heights and order of axes."""
     import pyproj
 
-    first, second = (pyproj.CRS.from_user_input(each) for each in (one, other))
+    first, second = (pyproj.CRS.from_user_input(in_plan(each)) for each in (one, other))
     return bool(first.equals(second, ignore_axis_order=True))
 
 

@@ -13,7 +13,7 @@ from pipeline.inputs.ground import SLIVER, Ground, around, beyond, doubtful, fit
 from pipeline.inputs.map_files import MapFiles
 from pipeline.inputs.outlines import Outline, OutlineError, read_places
 from pipeline.inputs.polygons import reaches
-from pipeline.inputs.reference_system import elsewhere, same
+from pipeline.inputs.reference_system import called, elsewhere, same, stretched
 from pipeline.mistakes import Problem
 from pipeline.scenario import solver_objects, structures
 from pipeline.scenario.places import near, off_the_model, part_inside
@@ -74,12 +74,14 @@ class GroundCheck:
         if isinstance(extent, Problem):
             return settings, [extent]
         if terrain.crs is not None and not same(terrain.crs, extent.crs):
-            wanted = f"expected {extent.crs}, the reference system of the file itself, found {terrain.crs}"
+            wanted = (
+                f"expected {called(extent.crs)}, the reference system of the file itself, found {terrain.crs}"
+            )
             return settings, [Problem(("terrain", "crs"), f"{wanted}; leave it out ({terrain.elevation})")]
         first = extent if self.held is None else self.held.extent
         if extent.crs != first.crs:
-            wanted = f"expected elevation models in one reference system, {first.crs}"
-            return settings, [Problem(at, f"{wanted}, found {extent.crs} ({terrain.elevation})")]
+            wanted = f"expected elevation models in one reference system, {called(first.crs)}"
+            return settings, [Problem(at, f"{wanted}, found {called(extent.crs)} ({terrain.elevation})")]
         read, problems = self._outlines(settings, extent.crs)
         asked = settings.domain
         if asked is None:
@@ -251,8 +253,9 @@ class GroundCheck:
             if isinstance(found, Problem):
                 return [found]
             if found.crs != raster.crs:
-                expected = f"expected a raster in the reference system of the elevation model, {raster.crs}"
-                return [Problem(at, f"{expected}, found {found.crs} ({bed.raster})")]
+                expected = "expected a raster in the reference system of the elevation model, "
+                told = f"{called(raster.crs)}, found {called(found.crs)} ({bed.raster})"
+                return [Problem(at, expected + told)]
             if (low := float(np.nanmin(found.elevation))) < 0:
                 return [Problem(at, f"expected depths of at least 0, found {low:g} ({bed.raster})")]
             depths[bed.raster] = found
@@ -296,6 +299,8 @@ class GroundCheck:
         middle = sum(extent.x) / 2, sum(extent.y) / 2
         if (strange := elsewhere(extent.crs, *middle)) is not None:
             said.append(f"its middle lies {strange}")
+        elif (strange := stretched(extent.crs, *middle)) is not None:
+            said.append(strange)
         if said:
             self.doubts[terrain] = "; ".join(said)
 

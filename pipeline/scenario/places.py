@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from pipeline.inputs.elevation_raster import RasterExtent
 from pipeline.inputs.ground import clipped
+from pipeline.inputs.reference_system import called
 from pipeline.mistakes import Problem
 from pipeline.scenario import solver_objects, structures
 from pipeline.scenario.solver_objects import Outlines
@@ -124,7 +125,7 @@ def off_the_model(settings: Settings, outlines: Outlines, extent: RasterExtent) 
         if _meets((y0, y1), (x0, x1), extent):
             fix = "; exchange them: eastings come first"
         elif file:
-            fix = f"; check the reference systems of {file} and of the elevation model, {extent.crs}"
+            fix = f"; check the reference systems of {file} and of the elevation model, {called(extent.crs)}"
         message = f"expected {kind} on the elevation model, which covers {covered}, found {found}{fix}"
         problems.append(Problem(path, message, related=(path,)))
     return problems

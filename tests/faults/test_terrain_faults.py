@@ -122,6 +122,27 @@ def test_an_elevation_model_far_from_where_its_reference_system_is_used(folder):
     assert "check the system" not in told(folder_of(folder), DEPTH)
 
 
+def test_a_reference_system_whose_lengths_are_not_those_on_the_ground(folder):
+    for crs, said in (("EPSG:3857", True), ("EPSG:2056", False)):
+        write_raster(folder / "dem.tif", ground(), crs=crs)
+        shapes(folder, shapely.box(WEST + 20, NORTH - 120, WEST + 50, NORTH - 80), crs=crs)
+        found = told(folder, DEPTH)
+        # at y = 1,200,300 m Web Mercator is 1 / cos 10.7 degrees too long
+        assert ("lengths in EPSG:3857 are 1.02 times those on the ground there: gdalwarp" in found) == said
+        assert ("ground there" in found) == said
+
+
+def test_a_system_with_heights_is_that_of_its_part_in_plan(folder):
+    write_raster(folder / "dem.tif", ground(), crs="EPSG:2056+5728")
+    change = ("elevation: dem.tif", "elevation: dem.tif, crs: EPSG:%s")
+    assert told(folder, (change[0], change[1] % 2056)) == ""
+    assert told(folder, (change[0], change[1] % "2056+5728")) == ""
+    own = "+proj=tmerc +lat_0=46.95 +lon_0=7.43 +x_0=2600000 +y_0=1200000 +ellps=bessel +units=m +type=crs"
+    write_raster(folder / "dem.tif", ground(), crs=own)
+    found = line(folder, (change[0], change[1] % 2056))
+    assert found.startswith("terrain.crs: expected 'unknown', the reference system of the file itself")
+
+
 def folder_of(folder):
     write_raster(folder / "dem.tif", ground())
     write_polygons(folder / "releases.gpkg", {"slide": (20, -120, 50, -80)})

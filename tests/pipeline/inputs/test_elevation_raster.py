@@ -6,7 +6,7 @@ import rasterio
 import xarray as xr
 from rasterio.transform import Affine, from_origin
 
-from pipeline.inputs.elevation_raster import ElevationRasterError, read
+from pipeline.inputs.elevation_raster import ElevationRasterError, extent, read
 
 Z = np.arange(24 * 30, dtype=np.float32).reshape(24, 30) + 1000
 
@@ -36,6 +36,13 @@ def test_an_asc_takes_its_system_from_the_scenario(tmp_path):
     assert read(path, "EPSG:2056").crs == "EPSG:2056"
 
 
+def test_of_a_system_with_heights_the_part_in_plan_counts(tmp_path):
+    # LV95 with heights of LN02
+    path = write(tmp_path / "dem.tif", crs="EPSG:2056+5728")
+    assert read(path).crs == extent(path).crs == "EPSG:2056"
+    assert read(path).digest == read(write(tmp_path / "plain.tif")).digest
+
+
 def test_the_part_around_a_rectangle_is_that_of_the_whole(tmp_path):
     path = write(tmp_path / "dem.tif")
     whole, part = read(path), read(path, x=(2600050, 2600080), y=(1200040, 1200060))
@@ -54,11 +61,13 @@ def test_no_data_declared_or_usual_is_nan(tmp_path):
     assert np.isnan(found).sum() == 2
 
 
+@pytest.mark.filterwarnings("ignore:The given matrix")
 @pytest.mark.parametrize(
     ("given", "words"),
     [
         ({"crs": "EPSG:4326", "transform": from_origin(7, 46, 5e-5, 5e-5)}, "degrees; gdalwarp"),
         ({"crs": "EPSG:2225"}, "found US survey foot"),
+        ({"crs": 'LOCAL_CS["site",UNIT["metre",1]]'}, "expected a projected reference system, found 'site'"),
         ({"values": np.stack([Z, Z, Z])}, "found 3 bands"),
         ({"transform": from_origin(2600000, 1200120, 5, 8)}, "square cells north up"),
         ({"transform": Affine(4, 3, 2600000, 3, -4, 1200000)}, "square cells north up"),
