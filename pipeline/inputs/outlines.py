@@ -195,7 +195,7 @@ def read_places(path: Path, crs: str, layer: str | None = None) -> tuple[Place, 
         If there is no such file or layer, a feature is nothing or crosses itself, or the file has no
         reference system.
     """
-    system, features = _features(path, layer, "points, lines or polygons")
+    system, features = _features(path, layer, "points, lines or polygons", "receptors")
     places: list[Place] = []
     names: Counter[str] = Counter()
     for geometry, name, where, _ in features:
@@ -253,7 +253,7 @@ def _check_simple(geometry: Any, where: str) -> None:
 
 
 def _features(
-    path: Path, layer: str | None, wanted: str
+    path: Path, layer: str | None, wanted: str, key: str = ""
 ) -> tuple[Any, list[tuple[Any, str, str, dict[str, Any]]]]:
     """Read a layer: its system, and each feature with its name, its place in words and its attributes."""
     import pyogrio
@@ -263,9 +263,9 @@ def _features(
     try:
         layers = [str(name) for name, _ in pyogrio.list_layers(path)]
         if layer is None and len(layers) > 1:
-            raise OutlineError(
-                f"expected the layer to be named, found {', '.join(layers)}; write `layer: ...`"
-            )
+            said = f"layer: {layers[0]}"
+            said = f"{key}: {{file: {path.name}, {said}}}" if key else said
+            raise OutlineError(f"expected the layer to be named, found {', '.join(layers)}; write `{said}`")
         if layer is not None and layer not in layers:
             raise OutlineError(f"expected one of the layers {', '.join(layers)}, found '{layer}'")
         meta, _, geometries, columns = pyogrio.raw.read(path, layer=layer)

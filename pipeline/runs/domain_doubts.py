@@ -8,8 +8,9 @@ from pipeline.inputs.ground import doubtful
 from pipeline.runs.profile_ends import beyond
 from pipeline.runs.runs import Runs
 from pipeline.scenario import solver_objects
-from pipeline.scenario.places import part_inside
+from pipeline.scenario.places import on_no_data, part_inside
 from pipeline.scenario.scenario import Scenario
+from pipeline.settings.receptor import source_of
 from pipeline.settings.section import Pair
 from pipeline.settings.settings import Domain
 
@@ -25,6 +26,7 @@ def of_ground(scenario: Scenario) -> Iterator[str]:
     """Say what is doubtful of the elevation model within a domain that was found."""
     if scenario.ground is not None:
         yield from doubtful(next(iter(scenario.ground.rasters.values())), scenario.settings.bounds)
+        yield from on_no_data(scenario.settings.places, next(iter(scenario.ground.rasters.values())))
 
 
 def doubts(scenario: Scenario, runs: Runs, flow: Pair, domain: Domain) -> Iterator[str]:
@@ -34,10 +36,11 @@ def doubts(scenario: Scenario, runs: Runs, flow: Pair, domain: Domain) -> Iterat
     """
     if scenario.ground is None:
         yield from _beyond_profile(scenario, runs, flow)
-    receptors, name = scenario.settings.places, scenario.data.get("receptors")
+    receptors, source = scenario.settings.places, source_of(scenario.data.get("receptors"))
     outside = [each.name for each in receptors if part_inside(each, domain) == 0]
-    if outside and isinstance(name, str):
-        yield f"{len(outside)} of {len(receptors)} places of {name} lie where no flow comes, and are left out"
+    if outside and source is not None:
+        count = f"{len(outside)} of {len(receptors)} places of {source[0]}"
+        yield f"{count} lie where no flow comes, and are left out"
     elif outside:
         names = "all receptors" if len(outside) == len(receptors) > 1 else ", ".join(outside)
         yield f"outside of the domain, where no flow comes: {names}"

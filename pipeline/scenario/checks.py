@@ -23,7 +23,7 @@ from pipeline.readable import percent
 from pipeline.scenario import endless, solver_objects, structures
 from pipeline.scenario.design import share_within
 from pipeline.scenario.ground import OUTSIDE, GroundCheck
-from pipeline.scenario.places import on_bed, part_inside, receptors_on_bed
+from pipeline.scenario.places import on_bed, on_no_data, part_inside, receptors_on_bed
 from pipeline.scenario.plausibility import of_depths, of_hydrograph, reversed_periods, unusual
 from pipeline.scenario.schema_errors import check
 from pipeline.scenario.strict_yaml import Document, Path
@@ -285,7 +285,7 @@ class _Judge:
                 found = "expected one place for all runs, found several; write a scenario for each to compare"
                 problems.append(Problem(at, found))
         domain = settings.domain
-        if isinstance(settings.receptors, str):
+        if not isinstance(settings.receptors, tuple):
             receptors = self.map_files.receptors(settings)
             problems += [receptors] if isinstance(receptors, Problem) else []
         for i, receptor in enumerate(() if self.map_files.from_file else settings.places):
@@ -300,9 +300,15 @@ class _Judge:
             if part == 0:
                 x, y = receptor.corners[0]
                 found = f"expected places in the domain, {bounds}, found [{x:.12g}, {y:.12g}]"
+                if settings.on_surface and domain.holds(y, x):
+                    found += "; exchange them: eastings come first"
                 problems.append(Problem(path, found))
             elif part < 1:
                 self.cut[path] = f"sticks out of the domain, {bounds}; the part inside counts"
+        if domain is not None and self.map_files.held is not None:
+            raster = next(iter(self.map_files.held.rasters.values()))
+            for line in on_no_data(settings.places, raster):
+                self.cut["receptors",] = line
         return problems
 
     def _on_map(self, settings: Settings, ground: Georeference) -> list[Problem]:

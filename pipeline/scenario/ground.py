@@ -16,10 +16,10 @@ from pipeline.inputs.polygons import reaches
 from pipeline.inputs.reference_system import called, elsewhere, same, stretched
 from pipeline.mistakes import Problem
 from pipeline.scenario import solver_objects, structures
-from pipeline.scenario.places import near, off_the_model, part_inside
+from pipeline.scenario.places import listed, near, off_the_model, part_inside
 from pipeline.scenario.solver_objects import Outlines
 from pipeline.scenario.strict_yaml import Path
-from pipeline.settings.receptor import Receptor
+from pipeline.settings.receptor import Receptor, source_of
 from pipeline.settings.settings import Domain, Settings
 from pipeline.settings.structures import place_of
 from pipeline.settings.surface import ElevationTerrain, PolygonsRelease
@@ -195,15 +195,16 @@ class GroundCheck:
 
     def receptors(self, settings: Settings) -> tuple[Receptor, ...] | Problem:
         """Give the receptors of settings; those of a file that are outside the domain are left out."""
-        name = settings.receptors
-        if not isinstance(name, str) or self.held is None:
+        source = source_of(settings.receptors)
+        if source is None or self.held is None:
             return settings.places
+        name, layer = source
         self.from_file = True
         file, path = self.folder / name, ("receptors",)
         if not file.exists():
             return Problem(path, f"expected a readable file, found none: {file}")
         try:
-            held = read_places(file, self.held.crs)
+            held = read_places(file, self.held.crs, layer)
         except OutlineError as error:
             return Problem(path, f"{error} ({name})")
         made = [
@@ -217,16 +218,21 @@ class GroundCheck:
         bounds = settings.domain or Domain(x=extent.x, y=extent.y)
         parts = [part_inside(each, bounds) for each in made]
         inside = [each for each, part in zip(made, parts, strict=True) if part > 0]
+        where = "on the elevation model" if settings.domain is None else "in the domain"
         if not inside:
-            return Problem(path, f"expected places in the domain, found {len(made)} outside ({name})")
+            return Problem(path, f"expected places {where}, found {len(made)} outside ({name})")
         said = {
             "lie outside the domain and are left out": 0.0,
             "stick out of it; the part inside counts": 0.5,
         }
-        told = [f"{parts.count(part)} {words}" for words, part in said.items() if part in parts]
         if settings.domain is None:
-            # told once the domain is found
-            told = []
+            # of the domain it is told once that is found
+            said = {"lie outside the elevation model and are left out": 0.0}
+        told = [
+            f"{len(names)} {words}: {listed(names)}"
+            for words, part in said.items()
+            if (names := [each.name for each, found in zip(made, parts, strict=True) if found == part])
+        ]
         if told:
             self.doubts[path] = f"of {len(made)} places of {name} {', '.join(told)}"
         return tuple(inside)

@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.inputs.elevation_raster import RasterExtent
+from pipeline.inputs.elevation_raster import ElevationRaster, RasterExtent
 from pipeline.inputs.ground import clipped
 from pipeline.inputs.reference_system import called
 from pipeline.mistakes import Problem
@@ -27,6 +27,8 @@ Array = NDArray[np.float64]
 
 # cells around what a scenario has to hold that are looked at as long as its domain is not known
 CELLS_AROUND = 10
+# that one line lists
+MOST_NAMES = 5
 # halvings of an interval that leave nothing but round-off
 _HALVINGS = 100
 # digits of places on the bed, m: the same scenario on another machine has the same ones
@@ -107,7 +109,7 @@ def corners_to_hold(settings: Settings, outlines: Outlines) -> NDArray[np.float6
 
 
 def off_the_model(settings: Settings, outlines: Outlines, extent: RasterExtent) -> list[Problem]:
-    """List what lies wholly outside an elevation model: releases, inflows, sections and structures.
+    """List what lies wholly outside an elevation model: releases, inflows, sections, receptors, structures.
 
     Raises
     ------
@@ -150,6 +152,9 @@ def _places_of(settings: Settings, outlines: Outlines) -> Iterator[tuple[Path, s
         yield ("inflow", i, "section"), "a section", "one", "", np.array(inflow.section, np.float64)
     for i, section in enumerate(settings.sections):
         yield ("sections", i, "line"), "a section", "one", "", np.array(section.line, np.float64)
+    for i, receptor in enumerate(settings.places):
+        name = f"'{receptor.name}'"
+        yield ("receptors", i), "a receptor", name, "", np.array(receptor.corners, np.float64)
     for i, structure in enumerate(settings.structures):
         key, place = place_of(structure)
         rings = [ring for each in structures.parts(structure, outlines) for ring in each.rings]
@@ -187,6 +192,25 @@ def part_inside(receptor: Receptor, domain: Domain) -> float:
         return 0.5
     middle = (sum(domain.x) / 2, sum(domain.y) / 2)
     return 0.5 if receptor.polygon is not None and _holds(corners, middle) else 0.0
+
+
+def on_no_data(receptors: Sequence[Receptor], raster: ElevationRaster) -> list[str]:
+    """Say which receptors have all their corners where an elevation model has no data, if there are."""
+    found = []
+    for each in receptors:
+        x, y = np.array(each.corners).T
+        rows = np.rint((y - raster.y[0]) / raster.spacing).astype(int).clip(0, len(raster.y) - 1)
+        columns = np.rint((x - raster.x[0]) / raster.spacing).astype(int).clip(0, len(raster.x) - 1)
+        if np.isnan(raster.elevation[rows, columns]).all():
+            found.append(each.name)
+    told = f"{listed(found)} lie where the elevation model has no data, and nothing reaches them"
+    return [f"{told}: fill it (gdal_fillnodata.py), or take another one"] if found else []
+
+
+def listed(names: Sequence[str]) -> str:
+    """List names, of many the first ones and how many more there are."""
+    more = f" and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else ""
+    return ", ".join(f"'{name}'" for name in names[:MOST_NAMES]) + more
 
 
 def _crosses(start: Pair, end: Pair, domain: Domain) -> bool:

@@ -141,6 +141,8 @@ def _title(loc: tuple[str, ...], model: type[BaseModel]) -> str | None:
             return f"Each of `{loc[0]}`"
         case ("sample", "correlations") | ("receptors", "list"):
             return f"Each of `{'.'.join(part for part in loc if part != 'list')}`"
+        case ("receptors", "layer"):
+            return "`receptors`, a layer of a file"
         case ("terrain", "segments", name):
             return f"`terrain`, each of `{name}`"
         case _:

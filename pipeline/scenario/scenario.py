@@ -24,7 +24,7 @@ from pipeline.scenario.levels import split
 from pipeline.scenario.places import part_inside
 from pipeline.scenario.schema_errors import check
 from pipeline.scenario.strict_yaml import Document, parse
-from pipeline.settings.receptor import Receptor
+from pipeline.settings.receptor import Receptor, source_of
 from pipeline.settings.settings import OF_ALL_RUNS, Domain, Settings, json_schema
 
 # What says nothing of a run's values: words, limits of its cost, and what its values are used for.
@@ -108,7 +108,7 @@ class Scenario:
         settings = self.settings.model_copy(update={"domain": domain})
         if self.ground is None:
             return replace(self, settings=settings)
-        if isinstance(self.data.get("receptors"), str):
+        if source_of(self.data.get("receptors")) is not None:
             inside = tuple(each for each in settings.places if part_inside(each, domain) > 0)
             settings = settings.model_copy(update={"receptors": inside})
         ground = self.ground.within(domain)
@@ -194,7 +194,7 @@ def stored(attributes: Mapping[str, Any]) -> Settings:
         raise ValueError(f"the scenario of {attributes['title']} is not known here: {found[0].message}")
     receptors = attributes.get(ON_BED)
     on_bed = found.georeference is None or found.georeference.receptors == "bed"
-    if receptors is None or (on_bed and not isinstance(found.receptors, str)):
+    if receptors is None or (on_bed and isinstance(found.receptors, tuple)):
         return found
     return found.model_copy(update={"receptors": RECEPTORS.validate_json(str(receptors))})
 
@@ -211,7 +211,8 @@ def _placed(data: dict[str, Any], settings: Settings) -> dict[str, Any]:
 def said(scenario: Scenario) -> dict[str, str]:
     """Attributes with the words of a scenario, which may change without its runs changing."""
     words = {"comment": scenario.settings.description, "scenario": scenario.text}
-    ground, from_file = scenario.settings.georeference, isinstance(scenario.data.get("receptors"), str)
+    ground = scenario.settings.georeference
+    from_file = source_of(scenario.data.get("receptors")) is not None
     if (ground is None or ground.receptors == "bed") and not from_file:
         return words
     return {**words, ON_BED: RECEPTORS.dump_json(scenario.settings.places).decode()}

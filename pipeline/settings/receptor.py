@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from collections.abc import Mapping
+from typing import Annotated, Any
 
 from pydantic import Field, model_validator
 
@@ -33,3 +34,22 @@ class Receptor(Section):
             words = " and ".join(found) or "none"
             raise relation(f"expected one of point, line and polygon, found {words}", *found[1:])
         return self
+
+
+class LayerOfReceptors(Section):
+    """Receptors of one layer of a file."""
+
+    file: str = key("GeoPackage, GeoJSON or Shapefile, relative to the scenario file", min_length=1)
+    layer: str | None = key("layer of the file; needed where it has several", default=None)
+
+
+def source_of(receptors: Any) -> tuple[str, str | None] | None:
+    """Give the file and the layer of receptors, of settings or as they were written; None for a list."""
+    match receptors:
+        case str():
+            return receptors, None
+        case LayerOfReceptors():
+            return receptors.file, receptors.layer
+        case Mapping():
+            return receptors["file"], receptors.get("layer")
+    return None

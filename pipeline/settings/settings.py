@@ -15,7 +15,7 @@ from pipeline.settings.hazard import USUAL_DENSITY, Georeference, Hazard
 from pipeline.settings.inflow import Inflow, MeasuredSection
 from pipeline.settings.physics import DEFAULT_SCHEME, AnyRelease, AnyScheme, AnyTerrain, Material
 from pipeline.settings.points import LatticePoints, Points, Region
-from pipeline.settings.receptor import Receptor
+from pipeline.settings.receptor import LayerOfReceptors, Receptor
 from pipeline.settings.report import Report
 from pipeline.settings.sample import Sample, Scalar
 from pipeline.settings.section import Positive, Section, key, relation
@@ -190,11 +190,15 @@ Periods = Annotated[
 
 
 def _file_or_list(value: Any) -> str:
+    if isinstance(value, LayerOfReceptors) or (isinstance(value, dict) and {"file", "layer"} & {*value}):
+        return "layer"
     return "file" if isinstance(value, str) else "list"
 
 
 Receptors = Annotated[
-    Annotated[tuple[Receptor, ...], Tag("list")] | Annotated[str, Field(min_length=1), Tag("file")],
+    Annotated[tuple[Receptor, ...], Tag("list")]
+    | Annotated[str, Field(min_length=1), Tag("file")]
+    | Annotated[LayerOfReceptors, Tag("layer")],
     Discriminator(_file_or_list),
 ]
 
@@ -267,8 +271,8 @@ class Settings(Section):
     )
     receptors: Receptors = key(
         "places of which depth, speed, pressure and arrival are wanted: a list, or on an elevation model a "
-        "file of points, lines and polygons (GeoPackage, GeoJSON, Shapefile) in any reference system; no "
-        "change of the scenario",
+        "file of points, lines and polygons (GeoPackage, GeoJSON, Shapefile) in any reference system, of "
+        "several layers one as `{file: places.gpkg, layer: houses}`; no change of the scenario",
         default=(),
     )
 
@@ -403,7 +407,7 @@ class Settings(Section):
 
     @model_validator(mode="after")
     def _receptors_fit(self) -> Settings:
-        if isinstance(self.receptors, str) and not self.on_surface:
+        if not isinstance(self.receptors, tuple) and not self.on_surface:
             raise relation(
                 "expected a list, as a file takes an elevation model, found a file", "receptors", "terrain"
             )
@@ -491,7 +495,7 @@ class Settings(Section):
     @property
     def places(self) -> tuple[Receptor, ...]:
         """The receptors; none as long as their file was not read."""
-        return () if isinstance(self.receptors, str) else self.receptors
+        return self.receptors if isinstance(self.receptors, tuple) else ()
 
     @property
     def releases(self) -> tuple[AnyRelease, ...]:

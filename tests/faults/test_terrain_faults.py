@@ -210,6 +210,7 @@ def test_elevation_models_that_are_none(folder):
 FAR_OFF = "[[2700000, 1300000], [2700000, 1300050]]"
 EXCHANGED = f"[[{NORTH - 100}, {WEST + 50}], [{NORTH - 60}, {WEST + 50}]]"
 SECTION = "\nsections: [{name: bridge, line: %s}]\n"
+HOUSE = "\nreceptors: [{name: house, polygon: %s}]\n"
 DAM = "\nstructures: [{kind: dam, line: %s, height: 2, side_slope: 34, crest_width: 1}]\n"
 BUILDING = "\nstructures: [{kind: building, polygon: %s}]\n"
 
@@ -219,6 +220,16 @@ BUILDING = "\nstructures: [{kind: building, polygon: %s}]\n"
     [
         (SECTION % FAR_OFF, "sections.0.line: expected a section", "x from 2700000 to 2700000"),
         (SECTION % EXCHANGED, "sections.0.line: expected a section", "exchange them: eastings come first"),
+        (
+            HOUSE % FAR_OFF.replace("]]", "], [2700050, 1300050]]"),
+            "receptors.0: expected a receptor",
+            "found 'house' outside, x from 2700000 to 2700050",
+        ),
+        (
+            HOUSE % EXCHANGED.replace("]]", f"], [{NORTH - 60}, {WEST + 90}]]"),
+            "receptors.0: expected a receptor",
+            "exchange them: eastings come first",
+        ),
         (DAM % FAR_OFF, "structures.0.line: expected a dam", "y from 1300000 to 1300050 m"),
         (
             BUILDING % FAR_OFF.replace("]]", "], [2700050, 1300050]]"),
@@ -297,3 +308,54 @@ def test_a_section_outside_a_given_domain_keeps_its_digits(folder):
         load([written(folder, text)])
     expected = f"x [{WEST:.12g}, {WEST + 300:.12g}] and y [{NORTH - 200:.12g}, {NORTH:.12g}]"
     assert f"expected a section inside the domain, {expected}, found [2600900, 1200350]" in str(caught.value)
+
+
+def test_a_receptor_whose_coordinates_are_exchanged(folder):
+    place = f"\nreceptors: [{{name: house, point: [{NORTH - 100}, {WEST + 100}]}}]\n"
+    with pytest.raises(BadInput, match=r"receptors\.0: expected places in .* eastings come first$"):
+        load([written(folder, TEXT + place)])
+
+
+RECEPTORS = ("time:", "receptors: huts.gpkg\ntime:")
+
+
+def test_receptors_of_a_file_that_lie_off_the_elevation_model(folder):
+    write_polygons(folder / "huts.gpkg", {"barn": (110, -105, 120, -95), "far": (9000, -105, 9100, -95)})
+    where = "receptors: of 2 places of huts.gpkg 1 lie outside the {} and are left out: 'far'"
+    assert where.format("domain") in told(folder, RECEPTORS)
+    assert where.format("elevation model") in told(folder, RECEPTORS, SEARCHED)
+    write_polygons(folder / "huts.gpkg", {"far": (9000, -105, 9100, -95)})
+    for change, place in (((), "in the domain"), ((SEARCHED,), "on the elevation model")):
+        with pytest.raises(BadInput, match=f"expected places {place}, found 1 outside"):
+            load([written(folder, TEXT, RECEPTORS, *change)])
+
+
+def test_a_receptor_on_no_data(folder):
+    elevation = ground()
+    elevation[:, 40:] = -9999.0
+    write_raster(folder / "dem.tif", elevation)
+    write_polygons(folder / "huts.gpkg", {"barn": (110, -105, 120, -95), "hut": (210, -105, 220, -95)})
+    found = "receptors: 'hut' lie where the elevation model has no data, and nothing reaches them: fill it"
+    assert found in told(folder, RECEPTORS)
+    place = f"receptors: [{{name: hut, point: [{WEST + 210}, {NORTH - 100}]}}]\ntime:"
+    assert found in told(folder, ("time:", place))
+    assert "no data, and" not in told(folder, ("time:", place.replace(str(WEST + 210), str(WEST + 110))))
+
+
+def test_receptors_of_one_layer_of_a_file(folder):
+    for layer, east in (("houses", 110), ("roads", 150)):
+        box = shapely.box(WEST + east, NORTH - 105, WEST + east + 10, NORTH - 95)
+        pyogrio.raw.write(
+            folder / "huts.gpkg", np.array([shapely.to_wkb(box)], dtype=object),
+            [np.array([layer], dtype=object)], ["name"], layer=layer, crs="EPSG:2056",
+            geometry_type="Polygon", append=layer == "roads",
+        )  # fmt: skip
+    assert "write `receptors: {file: huts.gpkg, layer: houses}`" in line(folder, RECEPTORS)
+    change = ("time:", "receptors: {file: huts.gpkg, layer: %s}\ntime:")
+    for more in ((), (SEARCHED,)):
+        (scenario,) = load([written(folder, TEXT, (change[0], change[1] % "roads"), *more)])
+        assert [each.name for each in scenario.settings.places] == ["roads"]
+    assert "found 'dams'" in line(folder, (change[0], change[1] % "dams"))
+    assert "receptors.name: expected one of the keys file, layer" in line(
+        folder, (change[0], change[1] % "roads, name: a")
+    )

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from pipeline.inputs.outlines import OutlineError, read
+from pipeline.inputs.outlines import OutlineError, read, read_places
 
 SQUARE = [[2600000.0, 1200000.0], [2600040.0, 1200000.0], [2600040.0, 1200030.0], [2600000.0, 1200030.0]]
 HOLE = [[2600010.0, 1200010.0], [2600020.0, 1200010.0], [2600020.0, 1200020.0], [2600010.0, 1200020.0]]
@@ -63,11 +63,14 @@ def test_layers_are_named_where_there_are_several(tmp_path):
             tmp_path / "a.gpkg", geometry, fields, meta["fields"], layer=layer, crs=meta["crs"],
             geometry_type="Polygon", append=number > 0,
         )  # fmt: skip
-    with pytest.raises(OutlineError, match=r"found slide, other; write `layer: \.\.\.`"):
+    with pytest.raises(OutlineError, match=r"found slide, other; write `layer: slide`"):
         read(tmp_path / "a.gpkg", "EPSG:2056")
     with pytest.raises(OutlineError, match="one of the layers slide, other, found 'dam'"):
         read(tmp_path / "a.gpkg", "EPSG:2056", "dam")
     assert read(tmp_path / "a.gpkg", "EPSG:2056", "other")[0].attributes == {"number": 1}
+    with pytest.raises(OutlineError, match=r"write `receptors: {file: a\.gpkg, layer: slide}`"):
+        read_places(tmp_path / "a.gpkg", "EPSG:2056")
+    assert read_places(tmp_path / "a.gpkg", "EPSG:2056", "slide")[0].kind == "polygon"
 
 
 @pytest.mark.parametrize(

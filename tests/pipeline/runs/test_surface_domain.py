@@ -93,7 +93,7 @@ def test_what_is_left_is_done_on_the_domain_of_the_store(folder, monkeypatch):
     run(folder, NONE, more="receptors: huts.gpkg\n")
     first = opened(folder)
     monkeypatch.setattr("pipeline.runs.domain_search.MARGIN", 1.0)
-    run(folder, NONE, more="receptors: huts.gpkg\n")
+    run(folder, NONE, more="receptors: {file: huts.gpkg, layer: huts}\n")
     assert opened(folder).sizes == first.sizes
     assert verify(folder / "results" / "small.zarr").faults == ()
     receptors = pipeline.assessment_tables(folder / "results")["receptors"]
