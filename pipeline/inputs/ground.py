@@ -117,12 +117,14 @@ def doubtful(raster: ElevationRaster, domain: Domain) -> list[str]:
         )
     gaps = float(np.isnan(raster.elevation[inside]).mean())
     if gaps > 0:
-        said.append(f"{100 * gaps:.2g} % of the domain have no data; what flows there has left")
+        fix = "fill them (gdal_fillnodata.py) if flow comes there"
+        said.append(f"{100 * gaps:.2g} % of the domain have no data; what flows there has left: {fix}")
     with np.errstate(invalid="ignore"):
         slope = np.degrees(np.arctan(np.hypot(*np.gradient(raster.elevation, raster.spacing))))
         steep = float((slope[inside] > STEEP).mean())
     if steep > 0:
-        said.append(f"{100 * steep:.2g} % of the cells are steeper than {STEEP:g} degrees")
+        fix = "where that are no cliffs, check the unit of elevations, and what stands for no data"
+        said.append(f"{100 * steep:.2g} % of the cells are steeper than {STEEP:g} degrees: {fix}")
     return said
 
 

@@ -24,6 +24,8 @@ _READ: dict[Kind, Callable[..., tuple[Outline, ...]]] = {
 class MapFiles:
     """Reads files that are named relative to a folder; what is wrong with one is a `Problem`.
 
+    What is doubtful is in ``doubts``, by the path of a key and what it is of.
+
     Parameters
     ----------
     folder : Path
@@ -32,6 +34,7 @@ class MapFiles:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
+        self.doubts: dict[tuple[Key, str], str] = {}
         self._held: dict[Any, Any] = {}
 
     def extent(self, name: str, crs: str | None, path: Key) -> RasterExtent | Problem:
@@ -57,7 +60,7 @@ class MapFiles:
         def read(file: Path) -> tuple[Outline, ...]:
             if kind == "classes":
                 return outlines.read_classes(file, crs)
-            return _READ[kind](file, crs, layer)
+            return _READ[kind](file, crs, layer, lambda line: self.doubts.update({(path, name): line}))
 
         return self._once((kind, name, layer, crs), name, path, read)
 

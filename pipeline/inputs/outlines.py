@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
@@ -18,6 +19,9 @@ Array = NDArray[np.float64]
 Kind = Literal["point", "line", "polygon"]
 # beyond it a coordinate is no degree
 MOST_DEGREES = 360.0
+# attributes that scenarios use, however they are written
+USED = ("depth", "volume", "return_period")
+Tell = Callable[[str], None]
 
 
 class OutlineError(ValueError):
@@ -64,7 +68,9 @@ _PLAIN: dict[str, Kind] = {"Point": "point", "LineString": "line", "Polygon": "p
 KINDS: dict[str, Kind] = {**_PLAIN, **{f"Multi{name}": kind for name, kind in _PLAIN.items()}}
 
 
-def read_lines(path: Path, crs: str, layer: str | None = None) -> tuple[Outline, ...]:
+def read_lines(
+    path: Path, crs: str, layer: str | None = None, tell: Tell | None = None
+) -> tuple[Outline, ...]:
     """Read the lines of a file as `read` reads polygons; the rings of each are its parts, which stay open.
 
     Raises
@@ -72,16 +78,11 @@ def read_lines(path: Path, crs: str, layer: str | None = None) -> tuple[Outline,
     OutlineError
         If there is no such file or layer, a feature is no line, or the file has no reference system.
     """
-    system, features = _features(path, layer, "lines")
+    system, features = _features(path, layer, "lines", tell)
     found: list[Outline] = []
     for geometry, name, where, values in features:
-        if (
-            geometry is None
-            or geometry.is_empty
-            or geometry.geom_type not in ("LineString", "MultiLineString")
-        ):
-            kind = "nothing" if geometry is None or geometry.is_empty else f"a {geometry.geom_type}"
-            raise OutlineError(f"expected lines, found {kind} in {where}")
+        if geometry.geom_type not in ("LineString", "MultiLineString"):
+            raise OutlineError(f"expected lines, found a {geometry.geom_type} in {where}")
         pieces = getattr(geometry, "geoms", [geometry])
         rings = tuple(_brought(np.asarray(piece.coords)[:, :2], system, crs, where) for piece in pieces)
         found.append(Outline(name, rings, values))
@@ -90,7 +91,7 @@ def read_lines(path: Path, crs: str, layer: str | None = None) -> tuple[Outline,
     return tuple(found)
 
 
-def read(path: Path, crs: str, layer: str | None = None) -> tuple[Outline, ...]:
+def read(path: Path, crs: str, layer: str | None = None, tell: Tell | None = None) -> tuple[Outline, ...]:
     """Read the polygons of a file and bring them to a reference system.
 
     Parameters
@@ -101,6 +102,8 @@ def read(path: Path, crs: str, layer: str | None = None) -> tuple[Outline, ...]:
         Reference system of the coordinates that are given back.
     layer : str, optional
         Layer, where the file has several.
+    tell : callable, optional
+        Told of features without a shape, which are left out.
 
     Raises
     ------
@@ -110,12 +113,11 @@ def read(path: Path, crs: str, layer: str | None = None) -> tuple[Outline, ...]:
     """
     import shapely
 
-    system, features = _features(path, layer, "polygons")
+    system, features = _features(path, layer, "polygons", tell)
     outlines: list[Outline] = []
     for geometry, name, where, values in features:
-        if geometry is None or geometry.is_empty or geometry.geom_type not in ("Polygon", "MultiPolygon"):
-            kind = "nothing" if geometry is None or geometry.is_empty else f"a {geometry.geom_type}"
-            raise OutlineError(f"expected polygons, found {kind} in {where}")
+        if geometry.geom_type not in ("Polygon", "MultiPolygon"):
+            raise OutlineError(f"expected polygons, found a {geometry.geom_type} in {where}")
         _check_simple(geometry, where)
         rings: list[Array] = []
         for part in getattr(geometry, "geoms", [geometry]):
@@ -178,7 +180,9 @@ def read_classes(path: Path, crs: str) -> tuple[Outline, ...]:
     return tuple(Outline(str(number), tuple(rings)) for number, rings in sorted(found.items()))
 
 
-def read_places(path: Path, crs: str, layer: str | None = None) -> tuple[Place, ...]:
+def read_places(
+    path: Path, crs: str, layer: str | None = None, tell: Tell | None = None
+) -> tuple[Place, ...]:
     """Read the points, lines and polygons of a file and bring them to a reference system.
 
     Of features with several parts each is a place of its own, called by a number after the name. Holes of
@@ -186,22 +190,23 @@ def read_places(path: Path, crs: str, layer: str | None = None) -> tuple[Place, 
 
     Parameters
     ----------
-    path, crs, layer
+    path, crs, layer, tell
         As `read` takes them.
 
     Raises
     ------
     OutlineError
-        If there is no such file or layer, a feature is nothing or crosses itself, or the file has no
+        If there is no such file or layer, a feature is none or crosses itself, or the file has no
         reference system.
     """
-    system, features = _features(path, layer, "points, lines or polygons", "receptors")
+    system, features = _features(path, layer, "points, lines or polygons", tell, "receptors")
     places: list[Place] = []
     names: Counter[str] = Counter()
     for geometry, name, where, _ in features:
-        kind = None if geometry is None or geometry.is_empty else KINDS.get(geometry.geom_type)
+        kind = KINDS.get(geometry.geom_type)
         if kind is None:
-            raise OutlineError(f"expected points, lines or polygons, found none in {where}")
+            found = f"found a {geometry.geom_type} in {where}"
+            raise OutlineError(f"expected points, lines or polygons, {found}")
         _check_simple(geometry, where)
         for part in getattr(geometry, "geoms", [geometry]):
             coordinates = np.asarray((part.exterior if kind == "polygon" else part).coords)[:, :2]
@@ -235,7 +240,7 @@ def _check_degrees(geometry: Any, system: str, where: str) -> None:
     """Refuse what cannot be degrees in a file whose reference system has degrees."""
     from rasterio.crs import CRS
 
-    if geometry is None or geometry.is_empty or max(map(abs, geometry.bounds)) <= MOST_DEGREES:
+    if max(map(abs, geometry.bounds)) <= MOST_DEGREES:
         return
     if CRS.from_user_input(system).is_geographic:
         x, y, *_ = geometry.bounds
@@ -253,7 +258,7 @@ def _check_simple(geometry: Any, where: str) -> None:
 
 
 def _features(
-    path: Path, layer: str | None, wanted: str, key: str = ""
+    path: Path, layer: str | None, wanted: str, tell: Tell | None, key: str = ""
 ) -> tuple[Any, list[tuple[Any, str, str, dict[str, Any]]]]:
     """Read a layer: its system, and each feature with its name, its place in words and its attributes."""
     import pyogrio
@@ -277,8 +282,18 @@ def _features(
         raise OutlineError(f"expected a reference system, {found}")
     names = [str(name) for name in meta["fields"]]
     features: list[tuple[Any, str, str, dict[str, Any]]] = []
-    for number, geometry in enumerate(list(shapely.from_wkb(geometries))):
+    made = list(shapely.from_wkb(geometries))
+    empty = [number for number, geometry in enumerate(made) if geometry is None or geometry.is_empty]
+    if empty and tell is not None:
+        tell(f"{len(empty)} of {len(made)} features of {path.name} have no shape and are left out")
+    for number, geometry in enumerate(made):
+        if number in empty:
+            continue
         values = {name: _plain(column[number]) for name, column in zip(names, columns, strict=True)}
+        for used in USED:
+            other = next((name for name in names if name.lower() == used), used)
+            if used not in values and other in values:
+                values[used] = values.pop(other)
         given = values.get("name") or values.get("Name") or values.get("NAME")
         name = str(given) if given else f"{number + 1}"
         where = f"feature {number + 1} ('{name}')" if given else f"feature {number + 1}"

@@ -29,6 +29,29 @@ def reaches(polygons: Sequence[Sequence[Ring]], x: tuple[float, float], y: tuple
     return any(shapely.clip_by_rect(_polygon(rings), *bounds).area > 0 for rings in polygons)
 
 
+def overlaps(polygons: Sequence[Sequence[Ring]]) -> list[tuple[float, int, int]]:
+    """List polygons, each with its rings, that overlap: the area, m2, and their numbers; largest first."""
+    import shapely
+
+    shapes = np.array([_polygon(rings) for rings in polygons], dtype=object)
+    pairs = zip(*shapely.STRtree(shapes).query(shapes, predicate="intersects"), strict=True)
+    found = [(shapely.intersection(shapes[i], shapes[j]).area, int(i), int(j)) for i, j in pairs if i < j]
+    return sorted((each for each in found if each[0] > 0), key=lambda each: (-each[0], each[1:]))
+
+
+def width(rings: Sequence[Ring]) -> float:
+    """Width of the widest part of a polygon, m: that of the rectangle of its area and perimeter."""
+    import shapely
+
+    widths = []
+    for ring in rings:
+        part = shapely.Polygon(ring)
+        if shapely.LinearRing(ring).is_ccw:
+            half = part.length / 2
+            widths.append((half - np.sqrt(max(half**2 - 4 * part.area, 0.0))) / 2)
+    return float(max(widths))
+
+
 def uncovered(layers: Sequence[Sequence[Sequence[Ring]]]) -> list[list[Ring]]:
     """Give the outlines of what later layers leave of each layer, outer ones counter-clockwise.
 

@@ -23,9 +23,10 @@ def shared_cells(scenario: Scenario, found: Domain) -> Iterator[str]:
 
 
 def of_ground(scenario: Scenario) -> Iterator[str]:
-    """Say what is doubtful of the elevation model within a domain that was found."""
+    """Say what is doubtful of elevation models, and of receptors on them, within a domain that was found."""
     if scenario.ground is not None:
-        yield from doubtful(next(iter(scenario.ground.rasters.values())), scenario.settings.bounds)
+        for name, raster in scenario.ground.rasters.items():
+            yield from (f"{name}: {line}" for line in doubtful(raster, scenario.settings.bounds))
         yield from on_no_data(scenario.settings.places, next(iter(scenario.ground.rasters.values())))
 
 

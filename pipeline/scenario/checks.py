@@ -264,7 +264,7 @@ class _Judge:
         if not settings.structures:
             return []
         judged = structures.judge(settings, None, None)
-        self.map_files.doubts |= judged.doubts
+        self.map_files.doubts |= {(path, ""): line for path, line in judged.doubts.items()}
         if judged.problems or judged.buildings is None:
             return list(judged.problems)
         return structures.overlapping_shapes(settings, judged.buildings)
@@ -347,7 +347,7 @@ class _Judge:
             for name, table in self.tables.items()
             for doubt in table.doubts
         ]
-        files += self.map_files.doubts.items()
+        files += [(path, line) for (path, _), line in self.map_files.doubts.items()]
         ground = settings.georeference
         if ground is not None and (strange := reference_system.elsewhere(ground.crs, *ground.origin)):
             files.append((("georeference", "origin"), f"it lies {strange}"))

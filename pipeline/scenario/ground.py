@@ -12,11 +12,12 @@ from pipeline.inputs.elevation_raster import ElevationRaster, RasterExtent
 from pipeline.inputs.ground import SLIVER, Ground, around, beyond, doubtful, fitted
 from pipeline.inputs.map_files import MapFiles
 from pipeline.inputs.outlines import Outline, OutlineError, read_places
-from pipeline.inputs.polygons import reaches
+from pipeline.inputs.polygons import overlaps, reaches, width
 from pipeline.inputs.reference_system import called, elsewhere, same, stretched
 from pipeline.mistakes import Problem
 from pipeline.scenario import solver_objects, structures
 from pipeline.scenario.places import listed, near, off_the_model, part_inside
+from pipeline.scenario.plausibility import DEEP, too_deep
 from pipeline.scenario.solver_objects import Outlines
 from pipeline.scenario.strict_yaml import Path
 from pipeline.settings.receptor import Receptor, source_of
@@ -47,10 +48,12 @@ class GroundCheck:
 
     def __init__(self, folder: FilePath) -> None:
         self.folder = folder
-        self.doubts: dict[Path, str] = {}
         self._files = MapFiles(folder)
+        self.doubts = self._files.doubts
         self._judged: dict[Any, structures.Judged] = {}
         self._inside: dict[Any, float] = {}
+        self._noted: set[str] = set()
+        self._overlaps: dict[Any, list[tuple[float, int, int]]] = {}
         self._reach = 0.0
         self.held: Ground | None = None
         self.from_file = False
@@ -110,7 +113,7 @@ class GroundCheck:
         whole = None if settings.domain is not None else Domain(x=first.x, y=first.y)
         settings = settings.model_copy(update={"domain": domain})
         model = solver_objects.surface(terrain, raster)
-        self._note(raster, extent, closest, domain, known=whole is None)
+        self._note(terrain.elevation, raster, extent, closest, domain, known=whole is None)
         depths = dict(self.held.depths if self.held else {})
         problems += self._releases(settings, read, model, known=whole is None)
         problems += self._zones(settings, read, whole or domain)
@@ -146,14 +149,40 @@ class GroundCheck:
     def _releases(
         self, settings: Settings, read: Outlines, model: ElevationModel, *, known: bool
     ) -> list[Problem]:
-        problems = []
+        problems, laid = [], []
         for i, release in enumerate(settings.releases):
             assert isinstance(release, PolygonsRelease)
             path: Path = ("release", i) if isinstance(settings.release, tuple) else ("release",)
             held = read.get((release.polygons, release.layer))
             if held is not None:
                 problems += self._laid(release, held, path, model, settings, known=known)
+                named = [each for each in held if release.name in (None, each.name)]
+                laid += [(release.polygons, each) for each in named]
+                if release.name is not None and len(named) > 1:
+                    twice = f"{len(named)} polygons of {release.polygons} are called '{release.name}'"
+                    self.doubts[path, "name"] = f"{twice}, and all of them are released"
+        if not problems:
+            self._add_up(laid, settings)
         return problems
+
+    def _add_up(self, laid: list[tuple[str, Outline]], settings: Settings) -> None:
+        """Remember that polygons of a run overlap, where what they release adds up."""
+        key = tuple(id(outline) for _, outline in laid)
+        if key not in self._overlaps:
+            self._overlaps[key] = overlaps([outline.rings for _, outline in laid])
+        cell = float(getattr(settings.points, "closest", getattr(settings.points, "spacing"))) ** 2  # noqa: B009
+        found = [each for each in self._overlaps[key] if each[0] >= cell]
+        if not found:
+            return
+        area, *pair = found[0]
+        sizes = [sum(map(ring_area, laid[i][1].rings)) for i in pair]
+        one, other = (f"'{laid[i][1].name}' of {laid[i][0]}" for i in pair)
+        more = f", and {len(found) - 1} more pairs do" if len(found) > 1 else ""
+        told = f"{one} and {other} overlap by {area:.4g} m2, {100 * area / min(sizes):.3g} % of the smaller"
+        fix = "sweep `release.name` for events of their own, or cut one out of the other"
+        if area > (1 - SLIVER) * max(sizes):
+            told, fix = f"{one} and {other} are the same polygon", "leave one out"
+        self.doubts[("release",), "overlap"] = f"{told}{more}; what they release adds up there: {fix}"
 
     def _zones(self, settings: Settings, read: Outlines, domain: Domain) -> list[Problem]:
         problems = []
@@ -188,7 +217,7 @@ class GroundCheck:
         if key not in self._judged:
             self._judged[key] = structures.judge(settings, model, read, searched=searched)
         judged = self._judged[key]
-        self.doubts |= judged.doubts
+        self.doubts |= {(path, ""): line for path, line in judged.doubts.items()}
         if judged.problems or before or judged.buildings is None:
             return list(judged.problems)
         return structures.overlapping(settings, read, judged.buildings)
@@ -204,7 +233,9 @@ class GroundCheck:
         if not file.exists():
             return Problem(path, f"expected a readable file, found none: {file}")
         try:
-            held = read_places(file, self.held.crs, layer)
+            held = read_places(
+                file, self.held.crs, layer, lambda line: self.doubts.update({(path, "shapes"): line})
+            )
         except OutlineError as error:
             return Problem(path, f"{error} ({name})")
         made = [
@@ -234,7 +265,7 @@ class GroundCheck:
             if (names := [each.name for each, found in zip(made, parts, strict=True) if found == part])
         ]
         if told:
-            self.doubts[path] = f"of {len(made)} places of {name} {', '.join(told)}"
+            self.doubts[path, ""] = f"of {len(made)} places of {name} {', '.join(told)}"
         return tuple(inside)
 
     def _erodible(
@@ -289,17 +320,25 @@ class GroundCheck:
         return []
 
     def _note(
-        self, raster: ElevationRaster, extent: RasterExtent, spacing: float, domain: Domain, *, known: bool
+        self,
+        name: str,
+        raster: ElevationRaster,
+        extent: RasterExtent,
+        spacing: float,
+        domain: Domain,
+        *,
+        known: bool,
     ) -> None:
-        """Remember what is doubtful of an elevation model and a spacing."""
+        """Remember what is doubtful of an elevation model, by name of file, and a spacing."""
         terrain: Path = ("terrain", "elevation")
         if raster.spacing > FINER * spacing * (1 + SAME):
-            self.doubts["points", "spacing"] = (
+            self.doubts[("points", "spacing"), ""] = (
                 f"{spacing:g} m is more than {FINER:g} times finer than the elevation model of "
                 f"{raster.spacing:g} m, which shows nothing more of the ground"
             )
-        if terrain in self.doubts:
+        if name in self._noted:
             return
+        self._noted.add(name)
         # of a domain that is still to be found it is told then
         said = doubtful(raster, domain) if known else []
         middle = sum(extent.x) / 2, sum(extent.y) / 2
@@ -308,7 +347,7 @@ class GroundCheck:
         elif (strange := stretched(extent.crs, *middle)) is not None:
             said.append(strange)
         if said:
-            self.doubts[terrain] = "; ".join(said)
+            self.doubts[terrain, name] = f"{name}: {'; '.join(said)}"
 
     def _laid(
         self,
@@ -325,9 +364,13 @@ class GroundCheck:
         known : whether the domain is that of the run.
         """
         try:
-            solver_objects.polygon_releases(release, held)
+            made = solver_objects.polygon_releases(release, held)
         except ValueError as error:
             return [Problem(path, f"{error} ({release.polygons})", related=(path,))]
+        for each in made:
+            depth = each.depth or (each.volume or 0.0) / sum(map(ring_area, each.rings))
+            if depth > DEEP:
+                self.doubts[path, "depth"] = f"{release.polygons}: {too_deep(depth)}"
         domain, spacing = settings.bounds, float(getattr(settings.points, "spacing"))  # noqa: B009
         closest = float(getattr(settings.points, "closest", spacing))
         lattice = Lattice(domain.x, domain.y, spacing)
@@ -354,7 +397,10 @@ class GroundCheck:
             elif inside < 1 - SLIVER:
                 ends = "the domain" if known else "the elevation model"
                 lost = f"{100 * (1 - inside):.2g} % of {where} lie outside {ends} or on no data"
-                self.doubts[path] = f"{lost} and are lost"
+                self.doubts[path, where] = f"{lost} and are lost"
+            if (wide := width(outline.rings)) < closest * (1 - SLIVER):
+                narrow = f"{where} is about {wide:.2g} m wide, narrower than a cell of {closest:g} m"
+                self.doubts[path, f"{where}, width"] = f"{narrow}, which its depth is spread over"
         return problems
 
 

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from pipeline.scenario import solver_objects
 from pipeline.scenario.strict_yaml import Path
 from pipeline.settings.settings import Settings
+from pipeline.settings.surface import PolygonsRelease
 from solver.parameters import parameters
 
 # keys of which a larger value is a larger event
@@ -22,9 +23,21 @@ LEAST_ANGLE, RADIANS, LARGEST_COEFFICIENT = 1.0, 1.6, 1.5
 ERODIBLE, PEAK = (1e-3, 20.0), (1e-6, 2e5)
 INFLOW = {"froude": ("", (0.1, 10.0)), "speed": ("m s-1", (0.01, 50.0)), "depth": ("m", (1e-4, 50.0))}
 
+# no release is deeper, m
+DEEP = 100.0
+
 
 def unusual(settings: Settings) -> Iterator[tuple[Path, str]]:
     """List values that are far from what is known of them, or of another unit, each with its path."""
+    for i, release in enumerate(settings.releases):
+        if not isinstance(release, PolygonsRelease):
+            made = release.make()
+            scale = 1.0 if made.volume is None else made.volume / made.shape_volume
+            if made.height * scale > DEEP:
+                yield (
+                    ("release", i) if isinstance(settings.release, tuple) else ("release",),
+                    too_deep(made.height * scale),
+                )
     material: Any = settings.material
     of_law: Path = ("material",) if material.friction is None else ("material", "friction")
     yield from _angles(material, ("material",))
@@ -48,6 +61,11 @@ def unusual(settings: Settings) -> Iterator[tuple[Path, str]]:
     for i, structure in enumerate(settings.structures):
         if structure.kind != "building":
             yield from _unusual(structure, ("structures", i), structure.source)
+
+
+def too_deep(depth: float) -> str:
+    """Say that a depth of a release, m, is far from what is usual."""
+    return f"a depth of {depth:.3g} m is far from what is usual, {DEEP:g} m at most: check the unit"
 
 
 def of_hydrograph(peak: float, path: Path) -> Iterator[tuple[Path, str]]:

@@ -42,8 +42,9 @@ cells, the domain being moved on to them. It takes a lattice, or points of layou
 with a spacing, the weighted-residual form, earth pressure `isotropic` or `mohr-coulomb-flow`, and open
 sides. `terrain.elevation`, its curvature length, the polygons and their depth or volume may be varied; all
 runs lie on the cells of the scenario's own elevation model.
-Attributes of polygons are used where the scenario says nothing else: `name`, `depth`, `volume`, and
-`return_period` with `return_periods: polygons`. Without a `domain` only the part of the raster is read that
+Attributes of polygons are used where the scenario says nothing else, in capitals or not: `name`, `depth`,
+`volume`, and `return_period` with `return_periods: polygons`. What polygons that overlap release adds up.
+Without a `domain` only the part of the raster is read that
 the flow comes to.
 
 A flow takes up its bed where there is an `erodible_bed`, as in `scenarios/torrent/erosion.yaml`:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from pipeline.mistakes import describe
 from pipeline.settings import points as points_settings
 from pipeline.settings.erodible_bed import ErodibleBed as ErodibleSettings
 from pipeline.settings.generated import Generated
@@ -127,6 +128,14 @@ def chosen(name: str | None, outlines: Sequence[Outline]) -> list[Outline]:
     return found
 
 
+def with_attributes(outline: Outline, *names: str) -> str:
+    """Say what a polygon has as some attributes, or which others it has where it has none of these."""
+    given = [(name, outline.attributes[name]) for name in names if outline.attributes.get(name) is not None]
+    held = [f"{name} {describe(value)}" + ", which is text" * isinstance(value, str) for name, value in given]
+    known = f"the attributes {', '.join(outline.attributes)}" if outline.attributes else "no attributes"
+    return f"'{outline.name}' with {' and '.join(held) or known}"
+
+
 def polygon_releases(release: PolygonsRelease, outlines: Sequence[Outline]) -> list[PolygonRelease]:
     """Make the releases of polygons of a layer.
 
@@ -148,9 +157,8 @@ def polygon_releases(release: PolygonsRelease, outlines: Sequence[Outline]) -> l
             made.append(PolygonRelease(outline.rings, volume=float(volume), measured=measured))
             continue
         if isinstance(depth, bool) or not isinstance(depth, int | float) or not depth > 0:
-            found = f"'{outline.name}' with depth {depth}" if depth is not None else f"'{outline.name}'"
             wanted = "expected depth, volume, or an attribute depth or volume of each polygon above 0"
-            raise ValueError(f"{wanted}, found {found}")
+            raise ValueError(f"{wanted}, found {with_attributes(outline, 'depth', 'volume')}")
         made.append(PolygonRelease(outline.rings, depth=float(depth), measured=measured))
     return made
 
@@ -401,9 +409,8 @@ def erodible_polygons(bed: ErodibleSettings, outlines: Sequence[Outline]) -> lis
     for outline in chosen(bed.name, outlines):
         depth = outline.attributes.get("depth") if bed.depth is None else 1.0
         if isinstance(depth, bool) or not isinstance(depth, int | float) or not depth >= 0:
-            held = f"'{outline.name}'" if depth is None else f"'{outline.name}' with depth {depth}"
             wanted = "expected depth, or an attribute depth of each polygon of at least 0"
-            raise ValueError(f"{wanted}, found {held}")
+            raise ValueError(f"{wanted}, found {with_attributes(outline, 'depth')}")
         found.append((outline.rings, float(depth)))
     return found
 

@@ -9,7 +9,7 @@ from pipeline.hints import meant
 from pipeline.mistakes import Problem, describe
 from pipeline.scenario import schema_errors
 from pipeline.scenario.design import Design, design, draw
-from pipeline.scenario.solver_objects import Outlines, chosen
+from pipeline.scenario.solver_objects import Outlines, chosen, with_attributes
 from pipeline.scenario.strict_yaml import Path
 from pipeline.scenario.sweep import SWEEPABLE, Value, assign, path_of
 from pipeline.settings.sample import MOST_RUNS, Sample
@@ -218,7 +218,8 @@ def _period(settings: Settings, outlines: Outlines) -> float | Problem:
             period = outline.attributes.get("return_period")
             if not isinstance(period, int | float) or not period > 0:
                 wanted = "expected an attribute return_period of each polygon above 0, in years"
-                return Problem(path, f"{wanted}, found '{outline.name}' of {release.polygons} without")
+                held = with_attributes(outline, "return_period")
+                return Problem(path, f"{wanted}, found {held} ({release.polygons})")
             years.add(float(period))
     if len(years) != 1:
         several = " and ".join(f"{year:g}" for year in sorted(years)) or "no polygons"

@@ -181,8 +181,8 @@ def test_steep_ground_and_no_data_in_the_domain(folder):
     elevation[5:8, 20:23] += 40
     write_raster(folder / "dem.tif", elevation)
     found = told(folder)
-    assert "6.7 % of the domain have no data; what flows there has left" in found
-    assert "% of the cells are steeper than 60 degrees" in found
+    assert "dem.tif: 6.7 % of the domain have no data; what flows there has left: fill them" in found
+    assert "% of the cells are steeper than 60 degrees: where that are no cliffs, check the unit" in found
 
 
 def test_a_finer_spacing_than_the_elevation_model_shows(folder):
@@ -314,6 +314,110 @@ def test_a_receptor_whose_coordinates_are_exchanged(folder):
     place = f"\nreceptors: [{{name: house, point: [{NORTH - 100}, {WEST + 100}]}}]\n"
     with pytest.raises(BadInput, match=r"receptors\.0: expected places in .* eastings come first$"):
         load([written(folder, TEXT + place)])
+
+
+def boxes(folder, *extents, **fields):
+    """Write polygons with attributes: a list of values for each."""
+    made = [shapely.box(WEST + w, NORTH + s, WEST + e, NORTH + n) for w, s, e, n in extents]
+    columns = [np.array(v, dtype=object if isinstance(v[0], str) else None) for v in fields.values()]
+    pyogrio.raw.write(
+        folder / "releases.gpkg", np.array(shapely.to_wkb(made), dtype=object), columns, list(fields),
+        crs="EPSG:2056", geometry_type="Polygon",
+    )  # fmt: skip
+
+
+ALL = (", name: slide", "")
+
+
+def test_polygons_that_overlap_add_up(folder):
+    small, large = (20, -120, 50, -80), (10, -130, 60, -70)
+    boxes(folder, small, large, name=["30", "300"], depth=[1.5, 2.0])
+    first = (
+        "release: '30' of releases.gpkg and '300' of releases.gpkg overlap by 1200 m2, 100 % of the smaller"
+    )
+    for change in ((ALL,), (ALL, SEARCHED)):
+        assert (
+            f"{first}; what they release adds up there: sweep `release.name` for events of their own"
+        ) in told(folder, *change)
+    assert "overlap" not in told(folder, ("name: slide", "name: '30'"))
+    apart = "sweep: {release.name: ['30', '300']}\ntime:"
+    assert "overlap" not in told(folder, ("name: slide", "name: '30'"), ("time:", apart))
+    # what is shared is a part of a cell
+    boxes(folder, small, (49.9, -120, 80, -80), name=["a", "b"], depth=[1.5, 2.0])
+    assert "overlap" not in told(folder, ALL)
+    boxes(folder, small, small, name=["slide", "slide"], depth=[1.5, 1.5])
+    found = told(folder)
+    assert "are the same polygon; what they release adds up there: leave one out" in found
+    assert "2 polygons of releases.gpkg are called 'slide', and all of them are released" in found
+
+
+def test_depths_that_are_hardly_meant(folder):
+    boxes(folder, (20, -120, 50, -80), name=["slide"], depth=[150.0])
+    said = "release: releases.gpkg: a depth of {} m is far from what is usual, 100 m at most: check the unit"
+    assert said.format(150) in told(folder)
+    assert said.format(120) in told(folder, ("name: slide", "name: slide, depth: 120"))
+    # 1200 m2
+    assert said.format("8.33e+05") in told(folder, ("name: slide", "name: slide, volume: 1.0e9"))
+    assert "far from" not in told(folder, ("name: slide", "name: slide, volume: 1.0e5"))
+
+
+def test_a_polygon_narrower_than_a_cell(folder):
+    boxes(folder, (20, -120, 20.5, -60), name=["slide"], depth=[1.5])
+    assert "'slide' of releases.gpkg is about 0.5 m wide, narrower than a cell of 5 m" in told(folder)
+    boxes(folder, (20, -120, 25, -60), name=["slide"], depth=[1.5])
+    assert "wide" not in told(folder)
+
+
+def test_attributes_are_used_however_they_are_written(folder):
+    boxes(folder, (20, -120, 50, -80), NAME=["slide"], DEPTH=[1.5], Return_Period=[30])
+    (scenario,) = load([written(folder, TEXT, ("time:", "return_periods: polygons\ntime:"))])
+    ((outline,),) = scenario.ground.outlines.values()
+    assert outline.attributes == {"NAME": "slide", "depth": 1.5, "return_period": 30}
+    assert scenario.settings.return_periods == (30.0,)
+
+
+@pytest.mark.parametrize(
+    ("fields", "said"),
+    [
+        ({"depth": ["1.5"]}, "found 'slide' with depth '1.5', which is text (releases.gpkg)"),
+        ({"depth": [-1.0]}, "found 'slide' with depth -1 (releases.gpkg)"),
+        ({"volume": [-5.0]}, "found 'slide' with volume -5 (releases.gpkg)"),
+        ({"height": [1.0], "kind": [2]}, "found 'slide' with the attributes name, height, kind (rel"),
+    ],
+)
+def test_attributes_that_are_no_depth(folder, fields, said):
+    boxes(folder, (20, -120, 50, -80), name=["slide"], **fields)
+    assert said in line(folder)
+    periods = ("time:", "return_periods: polygons\ntime:")
+    with_depth = ("name: slide", "name: slide, depth: 1")
+    with pytest.raises(BadInput, match="return_period of each polygon above 0, in years, found 'slide' with"):
+        load([written(folder, TEXT, periods, with_depth)])
+
+
+def test_features_without_a_shape_are_left_out(folder):
+    whole = shapely.box(WEST + 20, NORTH - 120, WEST + 50, NORTH - 80)
+    shapes(folder, whole, shapely.Polygon())
+    found = told(folder, DEPTH)
+    assert "release.polygons: 1 of 2 features of releases.gpkg have no shape and are left out" in found
+    shapes(
+        folder,
+        shapely.box(WEST + 110, NORTH - 105, WEST + 120, NORTH - 95),
+        shapely.Polygon(),
+        name="huts.gpkg",
+    )
+    found = told(folder, DEPTH, RECEPTORS)
+    assert "receptors: 1 of 2 features of huts.gpkg have no shape and are left out" in found
+    shapes(folder, shapely.Polygon())
+    assert "expected polygons, found none in releases.gpkg" in line(folder, DEPTH)
+
+
+def test_doubts_of_each_elevation_model_of_a_sweep(folder):
+    elevation = ground()
+    elevation[:, 40:44] = -9999.0
+    write_raster(folder / "later.tif", elevation)
+    found = told(folder, ("time:", "sweep: {terrain.elevation: [dem.tif, later.tif]}\ntime:"))
+    assert "terrain.elevation: later.tif: 6.7 % of the domain have no data" in found
+    assert "dem.tif: " not in found
 
 
 RECEPTORS = ("time:", "receptors: huts.gpkg\ntime:")

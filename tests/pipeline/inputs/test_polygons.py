@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from pipeline.inputs.polygons import crossing, uncovered
+from pipeline.inputs.polygons import crossing, overlaps, uncovered, width
 from solver.release.polygons import ring_area
 
 
@@ -40,3 +40,18 @@ def test_what_is_covered_wholly_is_nothing():
 def test_corners_have_to_make_a_simple_polygon(corners, said):
     assert crossing(corners).startswith(said)
     assert bool(crossing(corners)) == bool(said)
+
+
+def test_overlaps_are_those_of_areas_the_largest_first():
+    hole = box(2, 2, 4, 4)[::-1]
+    polygons = [[box(0, 0, 10, 10), hole], [box(8, 0, 12, 10)], [box(2, 2, 4, 4)], [box(12, 0, 14, 10)]]
+    # what touches, or lies in a hole, does not overlap
+    assert overlaps(polygons) == [(20.0, 0, 1)]
+    assert overlaps([*polygons, [box(0, 0, 5, 10)]])[0] == (46.0, 0, 4)
+    assert overlaps([]) == overlaps([[box(0, 0, 1, 1)]]) == []
+
+
+def test_the_width_of_a_polygon_is_that_of_its_widest_part():
+    assert width([box(0, 0, 60, 0.5)]) == pytest.approx(0.5)
+    assert width([box(0, 0, 10, 10)]) == pytest.approx(10)
+    assert width([box(0, 0, 60, 0.5), box(0, 10, 60, 14)]) == pytest.approx(4)

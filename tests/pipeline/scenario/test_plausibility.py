@@ -50,6 +50,14 @@ def test_values_of_another_unit_are_warned_of(key, value, told):
     assert line.endswith("check the unit")
 
 
+def test_a_release_that_no_slide_is_as_deep_as_is_warned_of():
+    box = {"shape": "box", "x": [10, 20], "y": [-5, 5]}
+    said = "release: a depth of 200 m is far from what is usual, 100 m at most: check the unit"
+    for deep in ({"height": 200}, {"height": 1, "volume": 20000}):
+        (line,) = warned(release={**box, **deep})
+        assert said in line
+
+
 def test_swept_values_are_warned_of_too():
     (line,) = warned(sweep={"material.friction.yield_stress": [0.5, 500]})
     assert "0.5 Pa is far" in line
