@@ -20,6 +20,7 @@ from pipeline.runs.run import Run
 from pipeline.runs.runs import expand
 from pipeline.runs.scene_of_run import build_scene
 from pipeline.runs.shared_points import SharedPoints
+from pipeline.runs.size import size
 from pipeline.scenario import solver_objects
 from pipeline.scenario.places import corners_to_hold
 from pipeline.scenario.scenario import Scenario
@@ -122,7 +123,7 @@ def settled_together(
     for number, scenario in enumerate(known):
         if number in boxes:
             box = whole.get(_shares_cells(scenario), boxes[number])
-            scenario = _within(scenario, Domain(x=box.x, y=box.y))
+            scenario = _within(scenario, Domain(x=box.x, y=box.y), tell)
             found = Domain(x=boxes[number].x, y=boxes[number].y)
             for line in (*shared_cells(scenario, found), *of_ground(scenario)):
                 tell(f"{scenario.name}: {line}")
@@ -130,17 +131,27 @@ def settled_together(
     return settled_ones
 
 
-def _within(scenario: Scenario, domain: Domain) -> Scenario:
+def _within(scenario: Scenario, domain: Domain, tell: Callable[[str], None]) -> Scenario:
     """Give a scenario with a domain that holds what was found of it and of others.
 
     Raises
     ------
     BadInput
-        If a raster of the scenario has nothing there.
+        If it takes more points than a scenario may have, or a raster of the scenario has nothing there.
     """
     if scenario.ground is not None:
         fit = fitted(domain, scenario.ground.extent, float(getattr(scenario.settings.points, "spacing")))  # noqa: B009
         domain = fit if isinstance(fit, Domain) else domain
+    points, ((x0, x1), (y0, y1)) = scenario.settings.points, (domain.x, domain.y)
+    if (count := points.estimate(x1 - x0, y1 - y0)) > points.most:
+        found = f"found {count:.3g} on the domain of the flow, x {list(domain.x)}, y {list(domain.y)} m"
+        message = f"expected at most {points.most:,} points, {found}; give a domain or a larger spacing"
+        document = parse(scenario.text, str(scenario.path))
+        at = "count" if getattr(points, "count", None) else "spacing"
+        raise BadInput([document.mistake(("points", at), message)])
+    large = size(replace(scenario, settings=scenario.settings.model_copy(update={"domain": domain})))
+    if large is not None and large.too_large:
+        tell(f"{scenario.name}: {large}; give a larger spacing or a smaller domain")
     with _told_of(scenario):
         return scenario.within(domain)
 

@@ -46,10 +46,15 @@ class Size:
     memory: float
     results: float
 
+    @property
+    def too_large(self) -> bool:
+        """Whether a run takes more memory than this machine has."""
+        return bool(self.memory > psutil.virtual_memory().total)
+
     def __str__(self) -> str:
         """``about 10,571 points, memory 2.3 MB a run, results 4.1 MB or less``, and what is too large."""
         here = psutil.virtual_memory().total
-        more = f" (this machine has {_bytes(here)})" if self.memory > here else ""
+        more = f" (this machine has {_bytes(here)})" if self.too_large else ""
         return (
             f"about {self.points:,} points, memory {_bytes(self.memory)} a run{more}, "
             f"results {_bytes(self.results)} or less"

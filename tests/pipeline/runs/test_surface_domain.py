@@ -1,5 +1,7 @@
 """Domains on elevation models that a scenario gives none for: found from the flow, on the model's cells."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -195,3 +197,32 @@ def test_a_raster_that_has_nothing_where_the_flow_comes_is_told(folder):
         pipeline.BadInput, match=r"terrain\.elevation: expected elevations, found no data alone"
     ):
         domain_search.settled(scenario, None, lambda line: None)
+
+
+def test_a_found_domain_of_too_many_points_is_told_before_they_are_made(folder, monkeypatch):
+    (scenario,) = load([written(folder, TEXT, NONE)])
+    lines = []
+    monkeypatch.setattr("pipeline.runs.size.psutil.virtual_memory", lambda: SimpleNamespace(total=1000))
+    domain_search.settled(scenario, None, lines.append)
+    assert any("kB a run (this machine has 1 kB)" in line and "a larger spacing" in line for line in lines)
+    monkeypatch.setattr(type(scenario.settings.points), "most", 500)
+    monkeypatch.setattr(type(scenario), "within", None)
+    with pytest.raises(
+        pipeline.BadInput,
+        match=r"points\.spacing: expected at most 500 points, found .* on the domain of the flow",
+    ):
+        domain_search.settled(scenario, None, lambda line: None)
+
+
+def test_doubts_of_every_elevation_model_are_told_once_the_domain_is_found(folder):
+    elevation = ground(ROWS, COLUMNS)
+    elevation[78:80, 30] = -9999.0
+    write_raster(folder / "later.tif", elevation)
+    text = TEXT + "sweep: {terrain.elevation: [dem.tif, later.tif]}\nreceptors: huts.gpkg\n"
+    (scenario,) = load([written(folder, text, NONE)])
+    lines = []
+    domain_search.settled(scenario, None, lines.append)
+    assert [line for line in lines if "no data" in line] == [
+        line for line in lines if ": later.tif: " in line
+    ]
+    assert any("of the domain have no data; what flows there has left" in line for line in lines)
