@@ -30,6 +30,10 @@ class ElevationRasterError(ValueError):
     """A file that is no elevation model; ``str()`` says ``expected ..., found ...``, and what to do."""
 
 
+class UnknownSystemError(ElevationRasterError):
+    """A reference system that was given and is none."""
+
+
 @dataclass(frozen=True, eq=False)
 class ElevationRaster:
     """Elevations of square cells, rows from south to north.
@@ -234,7 +238,7 @@ def _system(found: object, given: str | None) -> str:
     try:
         system = CRS.from_user_input(given if found is None else found)
     except CRSError:
-        raise ElevationRasterError(
+        raise UnknownSystemError(
             f"expected a reference system, as EPSG:2056, found '{given}', which is none"
         ) from None
     if (plan := in_plan(system.to_wkt())) != system.to_wkt():

@@ -7,7 +7,12 @@ from pathlib import Path
 from typing import Any, Literal, TypeVar
 
 from pipeline.inputs import elevation_raster, outlines
-from pipeline.inputs.elevation_raster import ElevationRaster, ElevationRasterError, RasterExtent
+from pipeline.inputs.elevation_raster import (
+    ElevationRaster,
+    ElevationRasterError,
+    RasterExtent,
+    UnknownSystemError,
+)
 from pipeline.inputs.outlines import Outline, OutlineError
 from pipeline.mistakes import Problem
 from pipeline.settings.section import Pair
@@ -72,6 +77,8 @@ class MapFiles:
             else:
                 try:
                     self._held[key] = read(file)
+                except UnknownSystemError as error:
+                    self._held[key] = Problem((*path[:-1], "crs"), str(error))
                 except (ElevationRasterError, OutlineError) as error:
                     self._held[key] = Problem(path, f"{error} ({name})")
         found: T | Problem = self._held[key]

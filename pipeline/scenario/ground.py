@@ -95,7 +95,8 @@ class GroundCheck:
                     return settings, problems
                 asked = near(settings, read, first)
             except ValueError as error:
-                return settings, [Problem(("release",), str(error))]
+                files = ", ".join(dict.fromkeys(name for _, name, _, _ in _wanted(settings)))
+                return settings, [Problem(("release",), f"{error} ({files})")]
         domain = fitted(asked, first, spacing)
         if isinstance(domain, Problem):
             return settings, [domain]

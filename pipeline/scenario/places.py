@@ -203,7 +203,7 @@ def on_no_data(receptors: Sequence[Receptor], raster: ElevationRaster) -> list[s
         columns = np.rint((x - raster.x[0]) / raster.spacing).astype(int).clip(0, len(raster.x) - 1)
         if np.isnan(raster.elevation[rows, columns]).all():
             found.append(each.name)
-    told = f"{listed(found)} lie where the elevation model has no data, and nothing reaches them"
+    told = f"the elevation model has no data at {listed(found)}, which nothing reaches"
     return [f"{told}: fill it (gdal_fillnodata.py), or take another one"] if found else []
 
 

@@ -77,7 +77,7 @@ def check_bounds(name: str, bounds: Pair) -> None:
     """Refuse bounds whose lower one is not below the upper one."""
     low, high = bounds
     if not low < high:
-        raise relation(f"expected a lower bound below the upper one, found [{low:g}, {high:g}]", name)
+        raise relation(f"expected a lower bound below the upper one, found [{low:.12g}, {high:.12g}]", name)
 
 
 def check_finite_scalar(value: Any) -> Any:

@@ -143,6 +143,18 @@ def test_a_system_with_heights_is_that_of_its_part_in_plan(folder):
     assert found.startswith("terrain.crs: expected 'unknown', the reference system of the file itself")
 
 
+def test_what_was_written_is_told_where_it_stands(folder):
+    write_raster(folder / "dem.tif", ground(), crs=None)
+    found = line(folder, ("elevation: dem.tif", "elevation: dem.tif, crs: LV95"))
+    assert found == "terrain.crs: expected a reference system, as EPSG:2056, found 'LV95', which is none"
+    folder_of(folder)
+    found = line(folder, ("name: slide", "name: slice"))
+    assert found == "release: expected one of the polygons slide, found 'slice' (releases.gpkg)"
+    turned = f"domain: {{x: [{WEST + 297.5}, {WEST + 2.5}], y: [{NORTH - 197.5}, {NORTH - 2.5}]}}"
+    with pytest.raises(BadInput, match=r"below the upper one, found \[2600297\.5, 2600002\.5\]"):
+        load([written(folder, TEXT, (DOMAIN, turned))])
+
+
 def folder_of(folder):
     write_raster(folder / "dem.tif", ground())
     write_polygons(folder / "releases.gpkg", {"slide": (20, -120, 50, -80)})
@@ -439,11 +451,13 @@ def test_a_receptor_on_no_data(folder):
     elevation[:, 40:] = -9999.0
     write_raster(folder / "dem.tif", elevation)
     write_polygons(folder / "huts.gpkg", {"barn": (110, -105, 120, -95), "hut": (210, -105, 220, -95)})
-    found = "receptors: 'hut' lie where the elevation model has no data, and nothing reaches them: fill it"
+    found = "receptors: the elevation model has no data at 'hut', which nothing reaches: fill it"
     assert found in told(folder, RECEPTORS)
     place = f"receptors: [{{name: hut, point: [{WEST + 210}, {NORTH - 100}]}}]\ntime:"
     assert found in told(folder, ("time:", place))
-    assert "no data, and" not in told(folder, ("time:", place.replace(str(WEST + 210), str(WEST + 110))))
+    assert "which nothing reaches" not in told(
+        folder, ("time:", place.replace(str(WEST + 210), str(WEST + 110)))
+    )
 
 
 def test_receptors_of_one_layer_of_a_file(folder):
