@@ -5,9 +5,11 @@ from __future__ import annotations
 import warnings
 from functools import lru_cache
 from math import isfinite
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from pipeline.settings.hazard import Georeference
+if TYPE_CHECKING:
+    # what is mapped decides no run
+    from pipeline.settings.hazard import Georeference
 
 # degrees beyond the area that a reference system is made for
 FAR = 3.0

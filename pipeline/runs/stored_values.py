@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from pipeline.runs import ending, profile_ends, surface_summary
 from pipeline.runs.scene_of_run import Prepared
-from pipeline.runs.summary import summarise
+from pipeline.runs.summary import affected_area, summarise
 from pipeline.store.variables import FIELDS, SERIES, Status
 from solver.checks.plausibility import doubts
 from solver.physics.elevation import ElevationModel
@@ -145,9 +145,9 @@ def _row(prepared: Prepared, result: Result, max_wall: float | None) -> dict[str
         }
     if result.erosion_depth is not None:
         row["erosion_max_depth"] = float(result.erosion_depth.max())
-    points = prepared.scene.points
+    points, reached = prepared.scene.points, result.max_depth > prepared.threshold
     if isinstance(prepared.terrain, ElevationModel):
-        reached = result.max_depth > prepared.threshold
+        row["affected_area"] = affected_area(points, reached)
         row["lifted_share"] = surface_summary.lifted_share(
             prepared.terrain, points, reached, result.max_speed, prepared.scene.gravity
         )
@@ -161,6 +161,8 @@ def _row(prepared: Prepared, result: Result, max_wall: float | None) -> dict[str
             result.max_speed,
             prepared.threshold,
         )
+    along = points.x_points if isinstance(points, Lattice) else points.coordinates[0]
+    row["affected_area"] = affected_area(points, reached, prepared.terrain.inclination(along))
     return row | summarise(
         points,
         profile["elevation"],

@@ -103,6 +103,24 @@ def summarise(
     return found
 
 
+def affected_area(
+    points: Lattice | PointCloud, reached: NDArray[np.bool_], inclination: Array | float = 0.0
+) -> float:
+    """Area in plan of the cells that the flow reached, m2.
+
+    Parameters
+    ----------
+    points : Lattice or PointCloud
+        On a profile along the bed, else in plan.
+    reached : array of bool
+        Where the flow came, of the shape of the points.
+    inclination : array or float
+        Of a profile at the points, or of shape (nx,) along those of a lattice, rad.
+    """
+    in_plan = np.broadcast_to(points.cell_area * np.cos(inclination), points.shape)
+    return float(in_plan[reached].sum())
+
+
 def downstream(
     points: Lattice | PointCloud, elevation: Array, release_depth: Array, reached: NDArray[np.bool_]
 ) -> Literal[-1, 1]:

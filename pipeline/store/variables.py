@@ -200,6 +200,7 @@ SUMMARIES = (
     _scalar("runout_distance", "m", "horizontal distance from the crown of the release to the deposit's toe"),
     _scalar("drop_height", "m", "height of the crown of the release above the deposit's toe"),
     _scalar("reach_angle", "degree", "arctangent of drop height over runout distance"),
+    _scalar("affected_area", "m2", "area in plan of the cells that the flow reached"),
     _scalar("flow_front_x", "m", "arc length of the farthest cell that the flow reached"),
     _scalar(
         "flow_runout_distance",
@@ -271,6 +272,7 @@ LATER = frozenset(
         "volume_moving",
         "lowest_elevation",
         "flow_path_length",
+        "affected_area",
         "lifted_share",
         "volume_entrained",
         "erosion_max_depth",

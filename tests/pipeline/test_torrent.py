@@ -113,6 +113,7 @@ class TestStore:
         angle = np.degrees(np.arctan2(float(one["drop_height"]), float(one["runout_distance"])))
         assert float(one["reach_angle"]) == pytest.approx(angle)
         assert float(one["deposit_area"]) == SIDE**2 * deposit.sum()
+        assert float(one["affected_area"]) == SIDE**2 * (one["max_depth"] > 0.05).sum()
         assert float(one["lowest_elevation"]) <= z[toe]
         straight = np.hypot(float(one["flow_runout_distance"]), z[crown] - float(one["lowest_elevation"]))
         assert straight < float(one["flow_path_length"]) < 1.2 * straight

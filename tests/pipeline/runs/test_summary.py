@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from pipeline.runs.summary import overrun, summarise
+from pipeline.runs.summary import affected_area, overrun, summarise
 from pipeline.store.variables import SUMMARIES
 from solver.points.lattice import Lattice
 
@@ -46,7 +46,17 @@ def test_a_box_of_deposit_has_the_extent_of_its_points():
         "lowest_elevation",
         "lifted_share",
         "flow_path_length",
+        "affected_area",
     }
+
+
+def test_the_area_that_the_flow_reached_is_in_plan():
+    reached = box((4, 7), (-1, 0.5), 1.0) > 0
+    assert affected_area(LATTICE, reached) == 7 * 4 * 0.25
+    # 60 degrees from x = 6 on, which are 3 of the 7 columns
+    inclination = np.where(LATTICE.x_points < 6, 0.0, np.radians(60))
+    assert affected_area(LATTICE, reached, inclination) == pytest.approx((4 + 3 / 2) * 4 * 0.25)
+    assert affected_area(LATTICE, np.zeros(LATTICE.shape, bool)) == 0
 
 
 def test_what_is_not_above_the_threshold_is_no_deposit():
