@@ -32,10 +32,12 @@ def status(result: Result) -> Status:
 
 
 def volumes(result: Result) -> dict[str, float]:
-    """Give the volumes that decide the status, m3, by name of variable; none of a run that failed."""
+    """Give what decides the status, by name of variable: volumes, m3, and a share; none of a failed run."""
     if result.failure is not None:
         return {}
-    return {"volume_out_open": result.ledger.outflow_open, "volume_moving": result.moving_volume}
+    out, total = result.ledger.outflow_open, result.ledger.total
+    share = out / total if total > 0 else 0.0
+    return {"volume_out_open": out, "share_out": share, "volume_moving": result.moving_volume}
 
 
 def reason(status: Status, row: Mapping[str, Any]) -> str:

@@ -234,6 +234,7 @@ VOLUMES = (
     _scalar("volume_entrained", "m3", "volume that the flow took up from its bed"),
     _scalar("volume_out", "m3", "volume that left through the boundaries"),
     _scalar("volume_out_open", "m3", "volume that left through open sides"),
+    _scalar("share_out", "1", "share of all that was in the flow that left through open sides"),
     _scalar("volume_moving", "m3", "volume that still moves in the last good state"),
     _scalar(
         "volume_error",
@@ -269,6 +270,7 @@ TIMINGS = frozenset({"wall_time", "cpu_time"})
 LATER = frozenset(
     {
         "volume_out_open",
+        "share_out",
         "volume_moving",
         "lowest_elevation",
         "flow_path_length",

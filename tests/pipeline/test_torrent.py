@@ -182,6 +182,7 @@ def test_what_comes_to_no_data_has_left_and_scenarios_are_laid_over_each_other(f
     table = results.table.set_index("scenario")
     assert (table["status"] == "done_but_overrun").all()
     assert (table["volume_out_open"] > 0.1 * table["volume_released"]).all()
+    np.testing.assert_allclose(table["share_out"], table["volume_out_open"] / table["volume_released"])
     assert table["volume_error"].abs().max() < 1e-13
     gap = np.isnan(results["small"]["elevation"]).to_numpy()
     assert (gap == np.isin(np.arange(COLUMNS), range(25, 30))).all()
