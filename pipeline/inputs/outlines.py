@@ -266,14 +266,17 @@ def _features(
     from pyogrio.errors import DataLayerError, DataSourceError
 
     try:
-        layers = [str(name) for name, _ in pyogrio.list_layers(path)]
+        # tables without shapes, as of styles, are no layers to choose from
+        layers = [str(name) for name, shape in pyogrio.list_layers(path) if shape is not None]
         if layer is None and len(layers) > 1:
             said = f"layer: {layers[0]}"
             said = f"{key}: {{file: {path.name}, {said}}}" if key else said
             raise OutlineError(f"expected the layer to be named, found {', '.join(layers)}; write `{said}`")
         if layer is not None and layer not in layers:
             raise OutlineError(f"expected one of the layers {', '.join(layers)}, found '{layer}'")
-        meta, _, geometries, columns = pyogrio.raw.read(path, layer=layer)
+        if not layers:
+            raise OutlineError(f"expected {wanted}, found none in {path.name}")
+        meta, _, geometries, columns = pyogrio.raw.read(path, layer=layer or layers[0])
     except (DataSourceError, DataLayerError) as error:
         expected = f"expected {wanted} as GeoPackage, GeoJSON or Shapefile"
         raise OutlineError(f"{expected}, found {path.name}, which is none: {error}") from None

@@ -26,7 +26,7 @@ from pipeline.settings.structures import place_of
 from pipeline.settings.surface import ElevationTerrain, PolygonsRelease
 from solver.physics.elevation import SAME, ElevationModel
 from solver.points.lattice import Lattice
-from solver.release.polygons import polygon_shares, ring_area
+from solver.release.polygons import PolygonRelease, polygon_shares, ring_area
 
 # Spacings that are finer than the elevation model by more than this show nothing more of the ground.
 FINER = 4.0
@@ -156,9 +156,15 @@ class GroundCheck:
             path: Path = ("release", i) if isinstance(settings.release, tuple) else ("release",)
             held = read.get((release.polygons, release.layer))
             if held is not None:
-                problems += self._laid(release, held, path, model, settings, known=known)
+                wrong = self._laid(release, held, path, model, settings, known=known)
+                problems += wrong
+                if wrong:
+                    continue
                 named = [each for each in held if release.name in (None, each.name)]
-                laid += [(release.polygons, each) for each in named]
+                depths = [_depth(each) for each in solver_objects.polygon_releases(release, held)]
+                # polygons of one volume have one depth
+                depths *= len(named) // len(depths)
+                laid += [(release.polygons, *each) for each in zip(named, depths, strict=True)]
                 if release.name is not None and len(named) > 1:
                     twice = f"{len(named)} polygons of {release.polygons} are called '{release.name}'"
                     self.doubts[path, "name"] = f"{twice}, and all of them are released"
@@ -166,11 +172,14 @@ class GroundCheck:
             self._add_up(laid, settings)
         return problems
 
-    def _add_up(self, laid: list[tuple[str, Outline]], settings: Settings) -> None:
-        """Remember that polygons of a run overlap, where what they release adds up."""
-        key = tuple(id(outline) for _, outline in laid)
+    def _add_up(self, laid: list[tuple[str, Outline, float]], settings: Settings) -> None:
+        """Remember that polygons of a run overlap, where what they release adds up.
+
+        laid : file, polygon and depth, m, of each.
+        """
+        key = tuple(id(outline) for _, outline, _ in laid)
         if key not in self._overlaps:
-            self._overlaps[key] = overlaps([outline.rings for _, outline in laid])
+            self._overlaps[key] = overlaps([outline.rings for _, outline, _ in laid])
         cell = float(getattr(settings.points, "closest", getattr(settings.points, "spacing"))) ** 2  # noqa: B009
         found = [each for each in self._overlaps[key] if each[0] >= cell]
         if not found:
@@ -183,7 +192,8 @@ class GroundCheck:
         fix = "sweep `release.name` for events of their own, or cut one out of the other"
         if area > (1 - SLIVER) * max(sizes):
             told, fix = f"{one} and {other} are the same polygon", "leave one out"
-        self.doubts[("release",), "overlap"] = f"{told}{more}; what they release adds up there: {fix}"
+        one, other = (f"{laid[i][2]:.3g}" for i in pair)
+        self.doubts[("release",), "overlap"] = f"{told}{more}; {one} and {other} m add up there: {fix}"
 
     def _zones(self, settings: Settings, read: Outlines, domain: Domain) -> list[Problem]:
         problems = []
@@ -369,8 +379,7 @@ class GroundCheck:
         except ValueError as error:
             return [Problem(path, f"{error} ({release.polygons})", related=(path,))]
         for each in made:
-            depth = each.depth or (each.volume or 0.0) / sum(map(ring_area, each.rings))
-            if depth > DEEP:
+            if (depth := _depth(each)) > DEEP:
                 self.doubts[path, "depth"] = f"{release.polygons}: {too_deep(depth)}"
         domain, spacing = settings.bounds, float(getattr(settings.points, "spacing"))  # noqa: B009
         closest = float(getattr(settings.points, "closest", spacing))
@@ -403,6 +412,11 @@ class GroundCheck:
                 narrow = f"{where} is about {wide:.2g} m wide, narrower than a cell of {closest:g} m"
                 self.doubts[path, f"{where}, width"] = f"{narrow}, which its depth is spread over"
         return problems
+
+
+def _depth(release: PolygonRelease) -> float:
+    """Mean depth of a release on its polygons, m."""
+    return release.depth or (release.volume or 0.0) / sum(map(ring_area, release.rings))
 
 
 def _wanted(settings: Settings) -> Iterator[tuple[Path, str, str | None, Any]]:

@@ -348,10 +348,12 @@ def test_polygons_that_overlap_add_up(folder):
         "release: '30' of releases.gpkg and '300' of releases.gpkg overlap by 1200 m2, 100 % of the smaller"
     )
     for change in ((ALL,), (ALL, SEARCHED)):
-        assert (
-            f"{first}; what they release adds up there: sweep `release.name` for events of their own"
-        ) in told(folder, *change)
+        assert (f"{first}; 1.5 and 2 m add up there: sweep `release.name` for events of their own") in told(
+            folder, *change
+        )
     assert "overlap" not in told(folder, ("name: slide", "name: '30'"))
+    # 4,200 m3 on 1,200 and 3,000 m2
+    assert "; 1 and 1 m add up there" in told(folder, (", name: slide", ", volume: 4200"))
     apart = "sweep: {release.name: ['30', '300']}\ntime:"
     assert "overlap" not in told(folder, ("name: slide", "name: '30'"), ("time:", apart))
     # what is shared is a part of a cell
@@ -359,7 +361,7 @@ def test_polygons_that_overlap_add_up(folder):
     assert "overlap" not in told(folder, ALL)
     boxes(folder, small, small, name=["slide", "slide"], depth=[1.5, 1.5])
     found = told(folder)
-    assert "are the same polygon; what they release adds up there: leave one out" in found
+    assert "are the same polygon; 1.5 and 1.5 m add up there: leave one out" in found
     assert "2 polygons of releases.gpkg are called 'slide', and all of them are released" in found
 
 

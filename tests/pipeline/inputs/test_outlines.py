@@ -73,6 +73,22 @@ def test_layers_are_named_where_there_are_several(tmp_path):
     assert read_places(tmp_path / "a.gpkg", "EPSG:2056", "slide")[0].kind == "polygon"
 
 
+def test_a_table_without_shapes_is_no_layer_to_choose(tmp_path):
+    import pyogrio
+
+    def add(layer, geometry, fields, names, **about):
+        pyogrio.raw.write(tmp_path / "a.gpkg", geometry, fields, names, layer=layer, append=True, **about)
+
+    styles = [np.array(["red"], dtype=object)]
+    add("layer_styles", None, styles, ["style"], geometry_type=None, crs=None)
+    with pytest.raises(OutlineError, match=r"expected polygons, found none in a\.gpkg"):
+        read(tmp_path / "a.gpkg", "EPSG:2056")
+    source = write(tmp_path / "a.geojson", ("Polygon", [closed(SQUARE)], {"number": 3}))
+    meta, _, geometry, fields = pyogrio.raw.read(source)
+    add("slide", geometry, fields, meta["fields"], geometry_type="Polygon", crs=meta["crs"])
+    assert read(tmp_path / "a.gpkg", "EPSG:2056")[0].attributes == {"number": 3}
+
+
 @pytest.mark.parametrize(
     ("feature", "words"),
     [
