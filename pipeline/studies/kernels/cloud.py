@@ -112,7 +112,7 @@ def cloud_costs() -> tuple[list[Cost], float, float]:
         ),
         (
             cloud_stage,
-            (run.arrays, now, out, 0.5, 0.5, DT, run.ledger, False),
+            (run.arrays, now, out, 0.5, 0.5, DT, run.progress.ledger, False),
             0,
             0,
         ),

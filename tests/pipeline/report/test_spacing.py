@@ -42,6 +42,7 @@ def test_a_scenario_with_one_spacing_says_that_nothing_was_computed():
     assert "was not computed" in text
 
 
+@pytest.mark.filterwarnings("ignore:.*`pipeline emulate` will say")
 def test_the_page_names_the_spacings_of_the_levels(tmp_path):
     heap = copy.deepcopy(HEAP)
     del heap["sweep"], heap["return_periods"]
