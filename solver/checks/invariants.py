@@ -83,8 +83,10 @@ class Laws:
             float(np.sqrt(self.pressure * self.given)),
             0.0 if self.coming is None else self.coming.speed,
         )
-        inward = sides_of(scene).excess * [1, -1, 0, 0] * [side > 0 for side in given]
-        self.driven = float(inward.max(initial=0.0))
+        inward = sides_of(scene).excess[:2] * [given[0] > 0, -(given[1] > 0)]
+        # beside y_min and y_max it is driven along the side
+        beside = np.abs(self.along) - self.hold if max(given[2:]) > 0 else np.zeros(1)
+        self.driven = float(max(inward.max(), beside.max(), 0.0))
         highest = ground.range if self.given else float(self.potential[wet].max(initial=0.0))
         self.fallen = float(np.sqrt(2 * (highest + ground.beyond(highest) + ground.unseen)))
         # what was released beside drains has left before the first step
