@@ -15,6 +15,7 @@ from pipeline.inputs import elevation_raster
 from pipeline.inputs.elevation_raster import ElevationRaster, RasterExtent
 from pipeline.inputs.outlines import Outline
 from pipeline.mistakes import Problem
+from pipeline.readable import percent
 from pipeline.settings.section import Pair
 from pipeline.settings.settings import Domain
 from solver.physics.elevation import SAME
@@ -112,19 +113,19 @@ def doubtful(raster: ElevationRaster, domain: Domain) -> list[str]:
     filled = _filled(raster.elevation[inside])
     if filled > 0:
         said.append(
-            f"{100 * filled:.2g} % of the domain are at exactly 0 m beside ground above {HIGH:g} m: if this "
+            f"{percent(filled)} of the domain are at exactly 0 m beside ground above {HIGH:g} m: if this "
             "means no data, declare it in the file (gdal_edit.py -a_nodata 0)"
         )
     gaps = float(np.isnan(raster.elevation[inside]).mean())
     if gaps > 0:
         fix = "fill them (gdal_fillnodata.py) if flow comes there"
-        said.append(f"{100 * gaps:.2g} % of the domain have no data; what flows there has left: {fix}")
+        said.append(f"{percent(gaps)} of the domain have no data; what flows there has left: {fix}")
     with np.errstate(invalid="ignore"):
         slope = np.degrees(np.arctan(np.hypot(*np.gradient(raster.elevation, raster.spacing))))
         steep = float((slope[inside] > STEEP).mean())
     if steep > 0:
         fix = "where that are no cliffs, check the unit of elevations, and what stands for no data"
-        said.append(f"{100 * steep:.2g} % of the cells are steeper than {STEEP:g} degrees: {fix}")
+        said.append(f"{percent(steep)} of the cells are steeper than {STEEP:g} degrees: {fix}")
     return said
 
 

@@ -29,6 +29,13 @@ def reaches(polygons: Sequence[Sequence[Ring]], x: tuple[float, float], y: tuple
     return any(shapely.clip_by_rect(_polygon(rings), *bounds).area > 0 for rings in polygons)
 
 
+def inside(rings: Sequence[Ring], places: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Whether places, shape (n, 2), lie in a polygon with its rings, m."""
+    import shapely
+
+    return np.asarray(shapely.contains_xy(_polygon(rings), places))
+
+
 def overlaps(polygons: Sequence[Sequence[Ring]]) -> list[tuple[float, int, int]]:
     """List polygons, each with its rings, that overlap: the area, m2, and their numbers; largest first."""
     import shapely

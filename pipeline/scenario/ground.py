@@ -15,6 +15,7 @@ from pipeline.inputs.outlines import Outline, OutlineError, read_places
 from pipeline.inputs.polygons import overlaps, reaches, width
 from pipeline.inputs.reference_system import called, elsewhere, same, stretched
 from pipeline.mistakes import Problem
+from pipeline.readable import percent
 from pipeline.scenario import solver_objects, structures
 from pipeline.scenario.places import listed, near, off_the_model, part_inside
 from pipeline.scenario.plausibility import DEEP, too_deep
@@ -406,7 +407,7 @@ class GroundCheck:
                 )
             elif inside < 1 - SLIVER:
                 ends = "the domain" if known else "the elevation model"
-                lost = f"{100 * (1 - inside):.2g} % of {where} lie outside {ends} or on no data"
+                lost = f"{percent(1 - inside)} of {where} lie outside {ends} or on no data"
                 self.doubts[path, where] = f"{lost} and are lost"
             if (wide := width(outline.rings)) < closest * (1 - SLIVER):
                 narrow = f"{where} is about {wide:.2g} m wide, narrower than a cell of {closest:g} m"

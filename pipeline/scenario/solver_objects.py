@@ -214,20 +214,18 @@ def _zones_along(
     """Give the laws of the zones that a line crosses, each with its share of the length."""
     import shapely
 
+    from pipeline.inputs.polygons import inside
+
     shares = (np.arange(PLACES_ALONG) + 0.5) / PLACES_ALONG
     at = shapely.get_coordinates(
         shapely.line_interpolate_point(shapely.LineString(line), shares, normalized=True)
     )
-    counts = np.full(PLACES_ALONG, -1)
+    zone_at = np.full(PLACES_ALONG, -1)
     for i, polygons in enumerate(_outlines_of_zones(settings, outlines)):
         for rings in polygons:
-            # inside an outer ring and in none of its holes
-            inside = (
-                sum(shapely.contains_xy(shapely.Polygon(ring), at).astype(int) for ring in rings) % 2 == 1
-            )
-            counts[inside] = i
+            zone_at[inside(rings, at)] = i
     laws: MaterialLaws = settings.material
-    found = ((law, float(np.mean(counts == i))) for i, law in enumerate(laws.zone_laws()))
+    found = ((law, float(np.mean(zone_at == i))) for i, law in enumerate(laws.zone_laws()))
     return tuple((law, share) for law, share in found if share > 0)
 
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from pipeline.inputs.polygons import crossing, overlaps, uncovered, width
+from pipeline.inputs.polygons import crossing, inside, overlaps, uncovered, width
 from solver.release.polygons import ring_area
 
 
@@ -55,3 +55,10 @@ def test_the_width_of_a_polygon_is_that_of_its_widest_part():
     assert width([box(0, 0, 60, 0.5)]) == pytest.approx(0.5)
     assert width([box(0, 0, 10, 10)]) == pytest.approx(10)
     assert width([box(0, 0, 60, 0.5), box(0, 10, 60, 14)]) == pytest.approx(4)
+
+
+def test_what_lies_in_a_hole_is_not_inside():
+    outer = np.array([[0, 0], [10, 0], [10, 10], [0, 10]], float)
+    hole = np.array([[4, 4], [4, 6], [6, 6], [6, 4]], float)
+    places = np.array([[2, 5], [5, 5], [8, 5], [12, 5]], float)
+    assert inside([outer, hole], places).tolist() == [True, False, True, False]
