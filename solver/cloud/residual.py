@@ -285,14 +285,14 @@ def cloud_stage(
     fill_ghosts_beyond(now, status.beta_x, status.beta_y, faces, sides, a, b)
     fluxes_through(now, status, faces, sides, material.dry, buffers, faces.outer + a, faces.outer + b)
     stop_at_walls(now, status, faces, sides, area, buffers, a, b, dt)
-    close_doors(inflows, doors, now, status, faces, buffers, faces.outer + a, faces.outer + b)
+    close_doors(inflows, doors, now, status, faces, buffers, faces.outer + a, faces.outer + b, dt)
     at, limited = 0, False
     for r in range(activity.counts[1]):
         low, high = activity.fluxed_runs[r] // LANES
         for block in range(low, high, SEGMENT):
             a, b = block, min(block + SEGMENT, high)
             fluxes_through(now, status, faces, sides, material.dry, buffers, first[a], first[b])
-            close_doors(inflows, doors, now, status, faces, buffers, first[a], first[b])
+            close_doors(inflows, doors, now, status, faces, buffers, first[a], first[b], dt)
             # a cell is on the right of faces of earlier blocks only, so that those here are complete
             while at < activity.counts[0] and runs[at, 0] < b * LANES:
                 one, two = max(runs[at, 0], a * LANES), min(runs[at, 1], b * LANES)
@@ -316,7 +316,7 @@ def cloud_stage(
                 one, two = block * LANES, (block + 1) * LANES
                 add_up(buffers.halves, faces, one, two, buffers.gain)
                 if len(doors.face) > 0:
-                    admit_into(inflows, doors, block, now, status, faces, buffers)
+                    admit_into(inflows, doors, block, now, status, faces, buffers, dt)
                 update_run(start, now, out, status, bed, material, area, buffers.gain, one, two, part, dt)
                 buffers.limited[block] = 0.0
     for r in range(activity.counts[0]):

@@ -105,7 +105,7 @@ class CloudRun(Run):
         self.doors = no_doors()
         if self.entrances:
             tables = self.tables
-            about = tables.faces, tables.gradient, operators.cloud.points, self.bed, tables.widths
+            about = tables.faces, tables.gradient, operators.cloud.points, self.bed, self.area, tables.widths
             self.inflows, self.doors = doors_of(self.entrances, *about)
         gauges = [each for each in self.gauges if isinstance(each, PlacedOnCloud)]
         if gauges:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -17,7 +18,7 @@ from solver.inflow.clouds import PlacedOnCloud
 from solver.inflow.entrance import Entrance
 from solver.inflow.hydrograph_kernels import graphs_of
 from solver.kernels.flow_axes import normal_pressure, sheared
-from solver.kernels.sections.inflow import Inflows, state_in_door
+from solver.kernels.sections.inflow import Inflows, held_up, state_in_door
 from solver.kernels.sections.measured import Sections, begun
 from solver.kernels.state import BELOW_YIELD, LANES, CloudBed, Fields, Status
 
@@ -48,6 +49,7 @@ def doors_of(
     gradient: Gradient,
     places: Array,
     bed: CloudBed,
+    area: Array,
     widths: Array,
 ) -> tuple[Inflows, Doors]:
     """Give inflows to the kernels.
@@ -60,6 +62,8 @@ def doors_of(
         Of the points, (n, 2), m.
     bed : CloudBed
         Of the cells, whose frames are those of these faces.
+    area : array
+        Of the cells, m2.
     widths : array
         From `solver.cloud.status.widths_of`.
     """
@@ -81,6 +85,8 @@ def doors_of(
     w_x, w_y, around = widths[:3, cell]
     rate = np.maximum(around / 2, (w_x * abs(x) + w_y * abs(y)) / (abs(along) + abs(across)))
     n, none = len(face), np.zeros(0, np.int64)
+    above = np.where(sign > 0, faces.left[face], faces.right[face]).astype(np.int64)
+    inside = np.where(above < faces.cells, above, cell)
     inflows = Inflows(
         first=np.searchsorted(cell, np.arange(0, faces.cells + 1, LANES)),
         closed=none,
@@ -98,6 +104,7 @@ def doors_of(
         bottom=bottom,
         slant=slant,
         edge=faces.geometry[6, face],
+        room=area[np.stack([inside, cell])] / faces.geometry[6, face],
         beta=bed.normal[cell],
         rate=np.stack([rate, rate]),
         mass=np.zeros(n),
@@ -106,7 +113,6 @@ def doors_of(
         **graphs_of(entrances),
         before=np.zeros((4, 0)),
     )
-    above = np.where(sign > 0, faces.left[face], faces.right[face]).astype(np.int64)
     parted, neighbour = _parted(placed, gradient, places)
     return inflows, Doors(face, above, parted, neighbour)
 
@@ -228,6 +234,7 @@ def close_doors(
     buffers: CloudBuffers,
     start: int,
     stop: int,
+    dt: float,
 ) -> None:
     """Let nothing out against the flow through some faces, as `close_to_backflow` does on a lattice.
 
@@ -235,6 +242,8 @@ def close_doors(
     ----------
     start, stop : int
         First face, and the one after the last; those before it in its line of the cache are made anew too.
+    dt : float
+        Time step, s.
     """
     halves, n = buffers.halves, faces.faces
     for e in range(len(doors.face)):
@@ -250,6 +259,33 @@ def close_doors(
             x, y = push_on(status, faces, f, cell)
             into = (2 * side - 1) * pressure
             halves[0, half], halves[1, half], halves[2, half] = 0.0, into * x, into * y
+            if cell == doors.above[e]:
+                x, y = hold_up(now, status, faces, f, cell, -inflows.sign[e], inflows.room[0, e], dt)
+                halves[1, half] += x
+                halves[2, half] += y
+
+
+@kernel()
+def hold_up(
+    now: Fields, status: Status, faces: Faces, f: int, cell: int, out: float, room: float, dt: float
+) -> tuple[float, float]:
+    """Rate of momentum that a face which is closed to backflow gives to what moves to it, m4 s-2.
+
+    Parameters
+    ----------
+    out : float
+        -1 where the cell is before the face, by its normal, 1 where it is beyond.
+    room : float
+        Area of the cell over the length of the face, m.
+    dt : float
+        Time step, s.
+    """
+    left, right = own_normals(faces.far, f, faces.geometry[0, f], faces.geometry[1, f])
+    n_x, n_y = left if cell == faces.left[f] else right
+    h, toward = now.h[cell], -out * (n_x * now.u[cell] + n_y * now.v[cell])
+    beta = normal_pressure(status.beta_xy, cell, status.beta_x[cell], status.beta_y[cell], n_x, n_y)
+    push = out * faces.geometry[6, f] * held_up(h, toward, math.sqrt(beta * h), h, room, dt)
+    return push * n_x, push * n_y
 
 
 @kernel()
@@ -261,6 +297,7 @@ def admit_into(
     status: Status,
     faces: Faces,
     buffers: CloudBuffers,
+    dt: float,
 ) -> None:
     """Add what comes into the cells of a block to what their faces add up to.
 
@@ -277,8 +314,9 @@ def admit_into(
                 # nothing comes in so high up, and what is closed to backflow is a wall on both sides
                 x, y = push_on(status, faces, f, i)
                 more = sign * (0.5 * now.h[i] * now.h[i] - buffers.pressed[f])
-                gain[1, i] += more * x
-                gain[2, i] += more * y
+                push = hold_up(now, status, faces, f, i, sign, inflows.room[1, e], dt)
+                gain[1, i] += more * x + push[0]
+                gain[2, i] += more * y + push[1]
             continue
         n_x, n_y, along, across = inflows.own[0, e], inflows.own[1, e], inflows.along[e], inflows.across[e]
         beta = normal_pressure(status.beta_xy, i, status.beta_x[i], status.beta_y[i], n_x, n_y)

@@ -69,6 +69,20 @@ def stopped(impulse: float, toward: float, width: float, dt: float) -> float:
     return min(impulse, most)
 
 
+@kernel()
+def wall_flux(h: float, toward: float, c: float) -> tuple[float, float]:
+    """HLL flux of momentum through a wall, convective (m3 s-2) and pressure (m2), without its beta.
+
+    The two sides are a state and its mirror image: the speeds of waves are ``-(|n| + c)`` and ``|n| + c``.
+
+    Parameters
+    ----------
+    h, toward, c : float
+        Depth (m), velocity toward the wall and wave speed (m s-1) at the face.
+    """
+    return h * toward * (toward + abs(toward) + c), 0.5 * h * h
+
+
 @kernel(inline=True)
 def account(leaving: float, side: int, ledger: Array) -> None:
     """Add a volume that leaves by a side, or comes in if it is negative, m3, to the ledger (2, 4, 2)."""

@@ -277,7 +277,7 @@ def stage(
                     x_fluxes.normal[ring + b] = stopped(x_fluxes.normal[ring + b], h[i] * u[i], grid.dx, dt)
             close_x(walls, j, m, along, x_fluxes, ring)
         if comes_in:
-            close_to_backflow(inflows, h, j, m, x_fluxes, y_fluxes, ring)
+            close_to_backflow(inflows, h, j, m, along, across, room, x_fluxes, y_fluxes, ring, dt)
         if a < b:
             short = outflow_limits(
                 h,
@@ -358,7 +358,7 @@ def stage(
             cell, c, count = inflows.cell[e], inflows.column[e], 1
             beta = beta_x[cell], beta_y[cell]
             at = x_fluxes, below + c, y_fluxes, south - a + c, below + c
-            begin, e = e, admit(inflows, e, *at, h[cell], u[cell], v[cell], *beta)
+            begin, e = e, admit(inflows, e, *at, h[cell], u[cell], v[cell], *beta, dt)
         if row == GHOSTS and low not in (AXIS, MIDLINE):
             for k in range(south, south + b - a):
                 account(share * dt * grid.dx * -y_mass[k], 2, ledger)

@@ -215,6 +215,7 @@ class LatticeRun(Run):
             own=np.stack([1.0 * along_x, 1.0 - along_x]),
             length=np.where(along_x, dy, dx),
             edge=unit,
+            room=np.stack([np.where(along_x, dx, dy)] * 2),
             beta=self.bed.normal[doors.column],
             rate=np.stack([np.where(along_x, 1 / dx, 1 / dy), np.where(along_x, 1 / dy, 1 / dx)]),
         )

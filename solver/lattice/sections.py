@@ -62,6 +62,7 @@ class Geometry(NamedTuple):
     own: Array
     length: Array
     edge: Array
+    room: Array
     beta: Array
     rate: Array
 

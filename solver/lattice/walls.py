@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from solver.arrays import Array, Indices
 from solver.compiled import ONE, kernel
+from solver.kernels.boundary import wall_flux
 from solver.kernels.state import GHOSTS, Bed, FaceValues, Fields, Fluxes, Grid, Material, Status
 from solver.lattice.ghosts import depth_at_wall
 from solver.lattice.reconstruction import face_values
@@ -75,20 +76,6 @@ def walls_of(buildings: NDArray[np.bool_]) -> Walls:
     blocked = np.ascontiguousarray(beside.reshape(-1, 4)[cell])
     images = Fields(*(np.zeros(rows * columns) for _ in range(3)))
     return Walls(first, cell, blocked, np.zeros(blocked.shape), images)
-
-
-@kernel()
-def wall_flux(h: float, toward: float, c: float) -> tuple[float, float]:
-    """HLL flux of momentum through a wall, convective (m3 s-2) and pressure (m2), without its beta.
-
-    The two sides are a state and its mirror image: the speeds of waves are ``-(|n| + c)`` and ``|n| + c``.
-
-    Parameters
-    ----------
-    h, toward, c : float
-        Depth (m), velocity toward the wall and wave speed (m s-1) at the face.
-    """
-    return h * toward * (toward + abs(toward) + c), 0.5 * h * h
 
 
 @kernel()

@@ -266,7 +266,7 @@ def stage(
             close_x(walls, j, m, along, x_fluxes, ring)
             lengthen(x_fluxes, ring + a, x.length, cell, b - a + 1)
         if comes_in:
-            close_to_backflow(inflows, h, j, m, x_fluxes, y_fluxes, ring)
+            close_to_backflow(inflows, h, j, m, along, across, room, x_fluxes, y_fluxes, ring, dt)
         if a < b:
             cell = j * m + a - 1
             masses = x_mass, ring + a, y_mass, below + a, ring + a
@@ -330,4 +330,4 @@ def stage(
                 break
             cell, c, count = inflows.cell[e], inflows.column[e], 1
             at = x_fluxes, below + c, y_fluxes, south - a + c, below + c
-            begin, e = e, admit(inflows, e, *at, h[cell], u[cell], v[cell], beta_x[cell], beta_y[cell])
+            begin, e = e, admit(inflows, e, *at, h[cell], u[cell], v[cell], beta_x[cell], beta_y[cell], dt)

@@ -140,12 +140,15 @@ class SurfaceRun(LatticeRun):
         u, v = (flow * e_1).sum(0), (flow * e_2).sum(0)
         per_area, metric = self.metric.per_area[doors.cell], self.metric
         rates = [edges.length[doors.cell] * per_area for edges in (metric.x_edges, metric.y_edges)]
+        away = np.where(doors.along_x, 1, self.grid.stride) * doors.sign.astype(np.int64)
+        around = np.stack([doors.cell - away, doors.cell])
         return Geometry(
             along=c * u + s * v,
             across=c * v - s * u,
             own=np.stack([c, s]),
             length=np.ones(len(c)),
             edge=length,
+            room=1.0 / (metric.per_area[around] * length),
             beta=metric.g_n[doors.cell],
             rate=np.stack([np.where(doors.along_x, *rates), np.where(doors.along_x, *reversed(rates))]),
         )

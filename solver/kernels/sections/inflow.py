@@ -21,8 +21,9 @@ from solver.inflow.hydrograph_kernels import (
     unit_discharge,
     volume_until,
 )
+from solver.kernels.boundary import stopped, wall_flux
 from solver.kernels.runge_kutta import Limits
-from solver.kernels.state import Fluxes
+from solver.kernels.state import FaceValues, Fluxes
 
 # Sides of a cell.
 LOW_X, HIGH_X, LOW_Y, HIGH_Y = 0, 1, 2, 3
@@ -54,6 +55,8 @@ class Inflows(NamedTuple):
         edges), elevation of the bed, m, and depth normal to the bed per vertical depth.
     edge
         What pressure is multiplied by: length of the edge, m, or 1.
+    room
+        Area of the cell above the face and of the one below over the length of the face, shape (2, faces), m.
     beta
         g cos(xi) of the cell, m s-2.
     rate
@@ -87,6 +90,7 @@ class Inflows(NamedTuple):
     bottom: Array
     slant: Array
     edge: Array
+    room: Array
     beta: Array
     rate: Array
     mass: Array
@@ -242,11 +246,22 @@ def begin_inflow(inflows: Inflows, time: float, dt: float) -> None:
 
 @kernel()
 def close_to_backflow(
-    inflows: Inflows, h: Array, row: int, stride: int, x_fluxes: Fluxes, y_fluxes: Fluxes, ring: int
+    inflows: Inflows,
+    h: Array,
+    row: int,
+    stride: int,
+    along: FaceValues,
+    across: FaceValues,
+    room: int,
+    x_fluxes: Fluxes,
+    y_fluxes: Fluxes,
+    ring: int,
+    dt: float,
 ) -> None:
     """Let nothing out against the flow through the faces whose fluxes were found with a row.
 
-    What lies above such a face feels its own pressure there, as at a wall.
+    What lies above such a face meets a wall: it feels its own pressure there, and what moves to it is
+    stopped. Without that a film above a deep section would fall for ever without going anywhere.
 
     Parameters
     ----------
@@ -254,20 +269,53 @@ def close_to_backflow(
         Depth, m.
     row, stride : int
         Padded row, and distance in memory to the next one.
+    along, across, room
+        Values at the faces of the row along x, and of it and the next one along y, even rows first, each in
+        a length of ``room``.
     ring : int
         Index of column 0 of the row in the fluxes.
+    dt : float
+        Time step, s.
     """
     for n in range(inflows.closed[row], inflows.closed[row + 1]):
         e = inflows.order[n]
         if inflows.flowing[inflows.section[e]] <= 0.0:
             continue
+        along_x, sign = inflows.side[e] <= HIGH_X, inflows.sign[e]
         at = ring + inflows.column[e] + (1 if inflows.side[e] == HIGH_X else 0)
-        fluxes = x_fluxes if inflows.side[e] <= HIGH_X else y_fluxes
-        if inflows.sign[e] * fluxes.mass[at] <= 0.0:
-            fluxes.mass[at] = fluxes.normal[at] = fluxes.tangential[at] = 0.0
-            away = 1 if inflows.side[e] <= HIGH_X else stride
-            above = h[inflows.cell[e] - away * int(inflows.sign[e])]
-            fluxes.pressure[at] = 0.5 * above * above * inflows.edge[e]
+        fluxes = x_fluxes if along_x else y_fluxes
+        if sign * fluxes.mass[at] > 0.0:
+            continue
+        i = inflows.cell[e] - (1 if along_x else stride) * int(sign)
+        values = along if along_x else across
+        k = inflows.column[e] - int(sign) if along_x else inflows.column[e]
+        k += 0 if along_x else ((row if sign > 0.0 else row + 1) % 2) * room
+        deep, fast = (
+            (values.h_high[k], values.n_high[k]) if sign > 0.0 else (values.h_low[k], values.n_low[k])
+        )
+        fluxes.mass[at] = fluxes.tangential[at] = 0.0
+        push = held_up(deep, sign * fast, values.c[k], h[i], inflows.room[0, e], dt)
+        fluxes.normal[at] = push * inflows.edge[e]
+        fluxes.pressure[at] = 0.5 * h[i] * h[i] * inflows.edge[e]
+
+
+@kernel(inline=True)
+def held_up(deep: float, toward: float, c: float, h: float, room: float, dt: float) -> float:
+    """Flux of momentum that a face takes which is closed to backflow, without pressure, m3 s-2.
+
+    That of a wall, `solver.kernels.boundary.wall_flux`, at most what stops the cell.
+
+    Parameters
+    ----------
+    deep, toward, c : float
+        Depth (m), velocity toward the face and wave speed (m s-1) there.
+    h, room : float
+        Depth of the cell, m, and its area over the length of the face, m.
+    dt : float
+        Time step, s.
+    """
+    push, _ = wall_flux(deep, toward, c)
+    return float(stopped(push, h * toward, room, dt))
 
 
 @kernel()
@@ -305,7 +353,11 @@ def inflow_depth(mass: float, inside: float, h: float, beta: float) -> float:
 def state_in_door(
     depth: float, speed: float, along: float, inside: float, h: float, beta: float
 ) -> tuple[float, float]:
-    """Depth (m) and speed (m s-1) of flow in a face: as given, or by the cell where it is slower than waves.
+    """Depth (m) and speed (m s-1) of flow in a face: as given, or by the cell.
+
+    Flow that is slower than its waves has the depth that the cell gives it. So has faster flow that is
+    drowned: where the flow behind a jump has more momentum and pressure, ``q^2 / d + beta d^2 / 2``, the jump
+    goes upstream. A thin jet does not hold up a deep layer, which would fall toward the face for ever.
 
     Parameters
     ----------
@@ -316,11 +368,17 @@ def state_in_door(
     inside, h, beta : float
         As in `inflow_depth`.
     """
-    if speed * speed < beta * depth:
-        q = speed * depth
-        depth = inflow_depth(q * along, inside, h, beta)
-        speed = q / depth
+    q = speed * depth
+    met = inflow_depth(q * along, inside, h, beta)
+    if speed * speed < beta * depth or thrust(q * along, met, beta) > thrust(q * along, depth, beta):
+        return met, q / met
     return depth, speed
+
+
+@kernel(inline=True)
+def thrust(q: float, d: float, beta: float) -> float:
+    """Momentum and pressure of a discharge q per width (m2 s-1) at a depth d (m), m3 s-2."""
+    return q * q / d + 0.5 * beta * d * d
 
 
 @kernel()
@@ -337,6 +395,7 @@ def admit(
     v: float,
     beta_x: float,
     beta_y: float,
+    dt: float,
 ) -> int:
     """Add what comes into a cell through its faces, from face e on, to their fluxes; return the next e.
 
@@ -350,6 +409,8 @@ def admit(
         Depth (m) and velocity (m s-1) of the cell in this stage.
     beta_x, beta_y : float
         g cos(xi) K of the cell, m s-2.
+    dt : float
+        Time step, s.
     """
     cell = inflows.cell[e]
     while e < len(inflows.cell) and inflows.cell[e] == cell:
@@ -359,19 +420,23 @@ def admit(
         inflows.before[0, e], inflows.before[1, e] = fluxes.mass[at], fluxes.normal[at]
         inflows.before[2, e], inflows.before[3, e] = fluxes.tangential[at], fluxes.pressure[at]
         mass, depth, speed = inflows.mass[e], inflows.depth[e], inflows.speed[e]
-        flowing = inflows.flowing[inflows.section[e]] > 0.0
-        if flowing and mass <= 0.0 and fluxes.mass[at] == 0.0:
+        flowing, passes = inflows.flowing[inflows.section[e]] > 0.0, fluxes.mass[at] != 0.0
+        beta = beta_x if side <= HIGH_X else beta_y
+        inside = inflows.sign[e] * (inflows.own[0, e] * u + inflows.own[1, e] * v)
+        if flowing and not passes:
+            # what holds up the cell above is not felt here
+            fluxes.normal[at] = 0.0
+        if flowing and not passes and mass <= 0.0:
             # nothing comes in so high up, and what is closed to backflow is a wall on both sides
+            push = held_up(h, -inside, math.sqrt(beta * h), h, inflows.room[1, e], dt)
+            fluxes.normal[at] = push * inflows.edge[e]
             fluxes.pressure[at] = 0.5 * h * h * inflows.edge[e]
         if flowing and mass > 0.0:
-            beta = beta_x if side <= HIGH_X else beta_y
             along = abs(inflows.along[e])
-            inside = inflows.sign[e] * (inflows.own[0, e] * u + inflows.own[1, e] * v)
             depth, speed = state_in_door(depth, speed, along, inside, h, beta)
             mass *= inflows.sign[e]
             pressure = 0.5 * depth * depth * inflows.edge[e]
             # what flows through the section anyhow may press more
-            passes = fluxes.mass[at] != 0.0
             fluxes.pressure[at] = max(fluxes.pressure[at], pressure) if passes else pressure
             fluxes.mass[at] += mass
             fluxes.normal[at] += mass * speed * inflows.along[e]
@@ -408,7 +473,9 @@ def no_inflows() -> Inflows:
         *(whole,) * 7,
         *(real,) * 3,
         both,
-        *(real,) * 6,
+        *(real,) * 5,
+        both,
+        real,
         both,
         *(real,) * 3,
         no_hydrographs(),
