@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cache, wraps
+from functools import cache, partial, wraps
 from pathlib import Path
-from typing import Any, ParamSpec, Protocol, TypeVar, cast
+from typing import Any, ClassVar, ParamSpec, Protocol, TypeVar, cast
 
 import numba
 import numpy as np
 from numba.core.codegen import get_host_cpu_features
-from numba.core.compiler import Compiler
+from numba.core.compiler import Compiler, Flags
+from numba.core.registry import CPUDispatcher
 from numba.extending import overload
 
 from solver import sources
@@ -62,22 +63,76 @@ def cache_directory(module: str) -> Path:
     return folder
 
 
-class _Compiler(Compiler):
-    """Numba's compiler, without the wrapper that C would call a function by."""
+class _Flags(Flags):
+    """Settings that a function is compiled with, as quick to look things up by as they can be.
 
-    unaliased = False
+    Numba looks up what every operator of a function means under its settings, and compares them one by one,
+    which took a third of the time of compiling. Equal settings are one object here. Those that a callee does
+    not take over are left out, so that it is looked up once for all functions.
+    """
+
+    known: ClassVar[dict[str, Any]] = {}
+    __eq__, __hash__ = object.__eq__, object.__hash__
+
+    def copy(self) -> Any:
+        """Give the settings that Numba looks things up by while it compiles a function."""
+        copied: Any = _Flags(self)  # type: ignore[no-untyped-call]
+        copied.noalias = copied.no_cpython_wrapper = copied.no_cfunc_wrapper = False
+        return self.known.setdefault(repr(copied.values()), copied)
+
+
+class _Compiler(Compiler):
+    """Numba's compiler, without the wrapper that C would call a function by.
+
+    Attributes
+    ----------
+    unaliased
+        Whether no two arrays that a function is given overlap.
+    counts
+        Whether references to arrays are counted.
+    wrapped
+        Whether Python can call it.
+    """
+
+    unaliased: ClassVar[bool]
+    counts: ClassVar[bool]
+    wrapped: ClassVar[bool]
 
     def __init__(self, *args: Any) -> None:
-        *before, flags, types = args
-        flags = flags.copy()
+        *before, given, types = args
+        flags: Any = _Flags(given)  # type: ignore[no-untyped-call]
         flags.no_cfunc_wrapper, flags.noalias = True, self.unaliased
+        flags.nrt, flags.no_cpython_wrapper = self.counts, not self.wrapped
         super().__init__(*before, flags, types)  # type: ignore[no-untyped-call, call-arg]
 
+    def compile_extra(self, func: Any) -> Any:
+        """Compile a function.
 
-class _Unaliased(_Compiler):
-    """The same, told that no two arrays that a function is given overlap."""
+        Raises
+        ------
+        TypeError
+            If Python calls it, it returns arrays, and it does not count the references to them.
+        """
+        compiled = super().compile_extra(func)  # type: ignore[no-untyped-call]
+        models = compiled.target_context.data_model_manager
+        if self.wrapped and not self.counts and models[compiled.signature.return_type].contains_nrt_meminfo():
+            raise TypeError(f"a kernel that gives Python arrays is to be declared so: {func.__qualname__}")
+        return compiled
 
-    unaliased = True
+
+@cache
+def _compiler(unaliased: bool, counts: bool, wrapped: bool) -> type[_Compiler]:
+    choice = {"unaliased": unaliased, "counts": counts, "wrapped": wrapped}
+    return type("_Chosen", (_Compiler,), choice)
+
+
+class _Inner(CPUDispatcher):
+    """A kernel that kernels call. Python calls it by another one that it is compiled to then."""
+
+    outer: Callable[[], Any]
+
+    def __call__(self, *args: Any) -> Any:
+        return self.outer()(*args)
 
 
 def kernel(
@@ -86,6 +141,8 @@ def kernel(
     inline: bool = False,
     as_source: bool = False,
     cached: bool = True,
+    from_python: bool = False,
+    makes_arrays: bool = False,
 ) -> Callable[[Callable[..., Any]], Any]:
     """Decorate a function to be compiled by Numba.
 
@@ -109,27 +166,41 @@ def kernel(
         which Numba could not keep the caller on disk.
     cached : bool
         Whether it is kept on disk.
+    from_python : bool
+        Whether it is compiled with what Python calls it by, which takes longer than many a kernel does where
+        it is given many arrays. A kernel without can be called too: it is then compiled once more.
+    makes_arrays : bool
+        Whether it makes arrays, or returns one. References to arrays are counted in those kernels alone.
     """
-    flags = FAST if fastmath else False
+    options: dict[str, Any] = {
+        "nogil": True,
+        "error_model": "numpy",
+        "fastmath": FAST if fastmath else False,
+        "forceinline": inline,
+        "inline": "always" if as_source else "never",
+    }
 
-    def compile_(function: Callable[..., Any]) -> Any:
+    def compile_(function: Callable[..., Any], called: bool = from_python or as_source) -> Any:
         widen_vectors()
-        before = config.CACHE_DIR
-        config.CACHE_DIR = str(cache_directory(function.__module__))
+        before, folder = config.CACHE_DIR, cache_directory(function.__module__)
+        # under one name there is one of both kinds
+        config.CACHE_DIR = str(folder / "called" if called else folder)
+        compiler = _compiler(unaliased, makes_arrays, called)
         try:
-            return numba.njit(
-                cache=cached,
-                nogil=True,
-                error_model="numpy",
-                fastmath=flags,
-                forceinline=inline,
-                inline="always" if as_source else "never",
-                pipeline_class=_Unaliased if unaliased else _Compiler,
-            )(function)
+            made = numba.njit(cache=cached, pipeline_class=compiler, **options)(function)
         finally:
             config.CACHE_DIR = before
+        if not called:
+            made.__class__ = _Inner
+            made.outer = cache(partial(compile_, function, True))
+        return made
 
     return compile_
+
+
+def compile_for(function: Any, *args: Any) -> None:
+    """Compile a kernel for arguments like these as other kernels call it, or load it, and do nothing else."""
+    function.compile(tuple(map(numba.typeof, args)))
 
 
 class ByType(Protocol[P, R_co]):
@@ -164,7 +235,7 @@ def by_type(declared: Callable[P, R_co]) -> ByType[P, R_co]:
 
         return keep
 
-    options: Any = {"error_model": "numpy", "fastmath": FAST, "forceinline": True}
+    options: Any = {"error_model": "numpy", "fastmath": FAST, "forceinline": True, "_nrt": False}
 
     @overload(call, jit_options=options, strict=False)
     def _choose(law: Any, *rest: Any) -> Any:

@@ -147,7 +147,7 @@ class Run(ABC):
 
     @abstractmethod
     def warm_up(self, piece: int) -> None:
-        """Call one of the `PIECES` kernels that take longest to compile, if there are; no step may follow."""
+        """Compile one of the `PIECES` kernels that take longest, if there are, and do nothing else."""
 
     def settle(self) -> None:
         """Stop what little still moves in a run at rest."""

@@ -112,9 +112,8 @@ def spread_blocks(static: Array, faces: Faces, blocks: Blocks, activity: Activit
     """Find the blocks that take part in the step, and their runs; return the number of cells stepped."""
     moving, stepped, fluxed, sloped = activity.moving, activity.stepped, activity.fluxed, activity.sloped
     left, right, first, near = faces.left, faces.right, blocks.first, blocks.near
-    stepped[:] = moving
-    fluxed[:] = moving
-    sloped[:] = moving
+    for b in range(len(moving)):
+        stepped[b] = fluxed[b] = sloped[b] = moving[b]
     for b in range(len(moving)):
         if moving[b]:
             reach(b, first, near, fluxed, sloped)

@@ -98,7 +98,7 @@ def outflow_exceeds(h: Array, lost: Array, area: Array, start: int, stop: int, d
     return count > 0
 
 
-@kernel()
+@kernel(makes_arrays=True)
 def limit_outflow(
     now: Fields,
     status: Status,
@@ -288,7 +288,7 @@ def cloud_stage(
     close_doors(inflows, doors, now, status, faces, buffers, faces.outer + a, faces.outer + b, dt)
     at, limited = 0, False
     for r in range(activity.counts[1]):
-        low, high = activity.fluxed_runs[r] // LANES
+        low, high = activity.fluxed_runs[r, 0] // LANES, activity.fluxed_runs[r, 1] // LANES
         for block in range(low, high, SEGMENT):
             a, b = block, min(block + SEGMENT, high)
             fluxes_through(now, status, faces, sides, material.dry, buffers, first[a], first[b])

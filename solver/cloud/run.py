@@ -18,6 +18,7 @@ from solver.cloud.residual import cloud_stage
 from solver.cloud.sections import doors_of, no_doors, sections_of
 from solver.cloud.status import classify_cloud
 from solver.cloud.time_stepping import advance_cloud
+from solver.compiled import compile_for
 from solver.inflow.clouds import PlacedOnCloud
 from solver.kernels.earth_pressure import at_rest
 from solver.kernels.erosion import erosion_of
@@ -163,13 +164,14 @@ class CloudRun(Run):
         return int(advance_cloud(self.arrays, limits, self.progress))
 
     def warm_up(self, piece: int) -> None:
-        """Classify the cells, or take a stage of no length."""
+        """Compile what classifies the cells, or a stage."""
         arrays = self.arrays
         if piece == 0:
-            classify_cloud(arrays)
-            spread_blocks(self.status.static, self.faces, arrays.blocks, self.activity)
+            compile_for(classify_cloud, arrays)
+            compile_for(spread_blocks, self.status.static, self.faces, arrays.blocks, self.activity)
             return
-        cloud_stage(arrays, self.now, self.stages[0], 1.0, 1.0, 0.0, self.progress.ledger, True)
+        states = self.now, self.stages[0]
+        compile_for(cloud_stage, arrays, *states, 1.0, 1.0, 0.0, self.progress.ledger, True)
 
     @property
     def carried(self) -> dict[str, NDArray[Any]]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from solver.arrays import Indices
 from solver.cloud.arrays import CloudArrays
 from solver.cloud.blocks import spread_blocks
@@ -28,13 +30,13 @@ from solver.kernels.sections.measured import sample
 from solver.kernels.state import DEPTH, LANES, Fields
 
 
-@kernel()
+@kernel(unaliased=True)
 def copy_runs(source: Fields, target: Fields, runs: Indices) -> None:
     """Copy runs of cells."""
-    for start, stop in runs:
-        target.h[start:stop] = source.h[start:stop]
-        target.u[start:stop] = source.u[start:stop]
-        target.v[start:stop] = source.v[start:stop]
+    for r in range(len(runs)):
+        for k in range(runs[r, 0], runs[r, 1]):
+            i = np.uint64(k)
+            target.h[i], target.u[i], target.v[i] = source.h[i], source.u[i], source.v[i]
 
 
 @kernel(fastmath=False)
@@ -137,13 +139,13 @@ def end_step(arrays: CloudArrays, limits: Limits, progress: Progress) -> int:
     return CONTINUE
 
 
-@kernel()
+@kernel(from_python=True)
 def advance_cloud_on_surface(arrays: CloudArrays, limits: Limits, progress: Progress) -> int:
     """Step until a limit, where the bed is a surface; return which."""
     return int(march(arrays, begin_step, take_stage, end_step, limits, progress))
 
 
-@kernel()
+@kernel(from_python=True)
 def advance_cloud(arrays: CloudArrays, limits: Limits, progress: Progress) -> int:
     """Step until a limit; return which."""
     return int(march(arrays, begin_step, take_stage, end_step, limits, progress))

@@ -45,7 +45,8 @@ def begin_step(arrays: CollocationArrays, limits: Limits, progress: Progress) ->
     """Set the earth pressure, and find the largest wave rate, s-1."""
     now, scratch = arrays.now, arrays.scratch
     start = scratch.start
-    start.h[:], start.u[:], start.v[:] = now.h, now.u, now.v
+    for i in range(len(start.h)):
+        start.h[i], start.u[i], start.v[i] = now.h[i], now.u[i], now.v[i]
     count = differentiate(arrays, ZERO)
     chosen = scratch.chosen[:count]
     rate = set_pressure(now, chosen, arrays.stencils, arrays.bed, arrays.material, scratch.beta)
@@ -78,7 +79,7 @@ def end_step(arrays: CollocationArrays, limits: Limits, progress: Progress) -> i
     return AT_REST if moving_volume(now, arrays.area, dry, n) <= limits.rest_volume else CONTINUE
 
 
-@kernel()
+@kernel(from_python=True)
 def advance_collocation(arrays: CollocationArrays, limits: Limits, progress: Progress) -> int:
     """Step until a limit; return which."""
     return int(march(arrays, begin_step, take_stage, end_step, limits, progress))

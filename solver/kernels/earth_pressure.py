@@ -113,7 +113,7 @@ def wave_speed(wave: float, beta: float, h: float) -> float:
     return wave + math.sqrt(wave * wave + beta * h)
 
 
-@kernel()
+@kernel(from_python=True)
 def at_rest(material: Material) -> tuple[float, float]:
     """Earth-pressure coefficients along the axis of the bed and across it of what is not strained."""
     along, across, _, _ = earth_pressure(0.0, 0.0, 0.0, 1.0, 0.0, 0.0, material)

@@ -154,7 +154,7 @@ def _(law: Uniform, back: float, forth: float, h_back: float, h_forth: float, h:
     return 0.5 * (back * h_back + forth * h_forth) / (depth if depth > 0.0 else 1.0)
 
 
-@kernel()
+@kernel(from_python=True, makes_arrays=True)
 def resistance_at_rest(law: Uniform, h: Array, normal: Array) -> Array:
     """Give R(0, h), m s-2, of depths h (n,) above 0, m, and of g cos(xi) (n,), m s-2."""
     found = np.empty(len(h))

@@ -68,7 +68,7 @@ def record_run(
     return bad == 0
 
 
-@kernel(fastmath=False)
+@kernel(fastmath=False, from_python=True)
 def record_cells(
     now: Fields,
     start: int,

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.arrays import Array
+from solver.compiled import compile_for
 from solver.inflow.placement import Placed
 from solver.kernels import runge_kutta
 from solver.kernels.earth_pressure import at_rest
@@ -315,13 +316,13 @@ class LatticeRun(Run):
         return int(step(self.arrays, limits, self.progress))
 
     def warm_up(self, piece: int) -> None:
-        """Classify the cells, or take a stage of no length."""
+        """Compile what classifies the cells, or a stage."""
         if piece == 0:
             about = self.status, self.bed, self.material, self.window_sides, self.grid
-            classify(self.now, *about, self.spans)
+            compile_for(classify, self.now, *about, self.spans)
             return
         states = self.now, self.now, self.stages[0]
-        stage(self.arrays, *states, GHOSTS, GHOSTS, 1.0, 1.0, 0.0, self.progress.ledger)
+        compile_for(stage, self.arrays, *states, GHOSTS, GHOSTS, 1.0, 1.0, 0.0, self.progress.ledger)
 
     @property
     def carried(self) -> dict[str, NDArray[Any]]:

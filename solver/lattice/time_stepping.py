@@ -33,7 +33,7 @@ from solver.lattice.walls import classify_beside
 Rows = tuple[int, int, int]
 
 
-@kernel(fastmath=False)
+@kernel(fastmath=False, from_python=True)
 def record_maxima(
     now: Fields, spans: Indices, grid: Grid, dry: float, threshold: float, record: Record, progress: Progress
 ) -> bool:
@@ -149,13 +149,13 @@ def end_step(arrays: LatticeArrays, limits: Limits, progress: Progress) -> int:
     return CONTINUE if finite else NOT_FINITE
 
 
-@kernel()
+@kernel(from_python=True)
 def advance_among_buildings(arrays: LatticeArrays, limits: Limits, progress: Progress) -> int:
     """Step until a limit, where the arrays have walls; return which."""
     return int(march(arrays, begin_step, take_stage, end_step, limits, progress))
 
 
-@kernel()
+@kernel(from_python=True)
 def advance(arrays: LatticeArrays, limits: Limits, progress: Progress) -> int:
     """Step until a limit; return which."""
     return int(march(arrays, begin_step, take_stage, end_step, limits, progress))

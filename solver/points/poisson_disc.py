@@ -31,7 +31,7 @@ def apart(points: Array, spacings: Array, other: int, x: float, y: float, s: flo
     return bool(dx * dx + dy * dy >= kept * kept)
 
 
-@kernel(fastmath=False)
+@kernel(fastmath=False, from_python=True, makes_arrays=True)
 def scatter(
     bounds: Array,
     coarsest: float,

@@ -145,7 +145,7 @@ def spacing_at(x: float, y: float, coarsest: float, table: Array, growth: float)
     return spacing
 
 
-@kernel(fastmath=False)
+@kernel(fastmath=False, from_python=True)
 def points_per_domain(
     bounds: Array, coarsest: float, table: Array, growth: float, columns: int, rows: int
 ) -> float:

@@ -85,7 +85,7 @@ class ControlVolumes:
 SIDE_NORMALS = np.array([[-1.0, 0.0], [1.0, 0.0], [0.0, -1.0], [0.0, 1.0]])
 
 
-@kernel(fastmath=False)
+@kernel(fastmath=False, from_python=True, makes_arrays=True)
 def cut_cells(
     points: Array,
     bounds: Array,
@@ -171,7 +171,7 @@ def cut_cells(
         corners[m] = count
 
 
-@kernel(fastmath=False)
+@kernel(fastmath=False, from_python=True, makes_arrays=True)
 def measure_cells(
     points: Array,
     cells: Indices,

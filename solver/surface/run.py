@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.arrays import Array, Indices
+from solver.compiled import compile_for
 from solver.kernels.earth_pressure import at_rest
 from solver.kernels.runge_kutta import Limits
 from solver.kernels.sections.inflow import HIGH_X, LOW_X, LOW_Y
@@ -191,12 +192,13 @@ class SurfaceRun(LatticeRun):
         return int(step(self.arrays, limits, self.progress))
 
     def warm_up(self, piece: int) -> None:
-        """Classify the cells, or take a stage of no length."""
+        """Compile what classifies the cells, or a stage."""
         if piece == 0:
             about = self.metric, self.material, self.grid
-            classify_surface(self.now, self.status.static, self.pressure, *about, self.spans)
+            compile_for(classify_surface, self.now, self.status.static, self.pressure, *about, self.spans)
             return
-        stage(self.arrays, self.now, self.now, self.stages[0], GHOSTS, GHOSTS, 1.0, 1.0, 0.0)
+        states = self.now, self.now, self.stages[0]
+        compile_for(stage, self.arrays, *states, GHOSTS, GHOSTS, 1.0, 1.0, 0.0)
 
     @property
     def volume(self) -> float:

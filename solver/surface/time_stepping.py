@@ -28,7 +28,7 @@ from solver.surface.status import classify_surface, moving_volume_exceeds
 from solver.surface.walls import classify_edges_beside
 
 
-@kernel()
+@kernel(from_python=True)
 def empty_drains(now: Fields, metric: Metric, spans: Indices, grid: Grid, ledger: Array) -> None:
     """Take what has come to cells where nothing is known of the surface into the ledger, m3."""
     m = grid.stride
@@ -127,13 +127,13 @@ def end_step(arrays: SurfaceArrays, limits: Limits, progress: Progress) -> int:
     return CONTINUE if finite else NOT_FINITE
 
 
-@kernel()
+@kernel(from_python=True)
 def advance_among_buildings(arrays: SurfaceArrays, limits: Limits, progress: Progress) -> int:
     """Step until a limit, where the arrays have walls; return which."""
     return int(march(arrays, begin_step, take_stage, end_step, limits, progress))
 
 
-@kernel()
+@kernel(from_python=True)
 def advance_surface(arrays: SurfaceArrays, limits: Limits, progress: Progress) -> int:
     """Step until a limit; return which."""
     return int(march(arrays, begin_step, take_stage, end_step, limits, progress))

@@ -123,7 +123,6 @@ def kernel_costs() -> tuple[list[Cost], float, float]:
     for loop, unaliased, passes, given in loops:
         # what comes from the disk cannot be looked into
         fresh = kernel(unaliased=unaliased, cached=False)(loop.py_func)
-        fresh(*given)
         costs.append(Cost(loop.__name__, passes, timed(fresh, given) / count, *_instructions(fresh)))
     row = np.linspace(1.0, 2.0, CELLS)
     alone = timed(divide, (row, row, row.copy())), timed(root, (row, row.copy()))
