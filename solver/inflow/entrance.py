@@ -113,6 +113,8 @@ def entrance(
         if isinstance(terrain, Surface):
             gaps = terrain.gaps(points.x_points, points.y_points)
             good &= ~gaps[row.clip(0, ny - 1), column.clip(0, nx - 1)]
+            # the outermost cells are drains: what goes on from them is in no ledger
+            good &= (row > 0) & (row < ny - 1) & (column > 0) & (column < nx - 1)
     good &= placed.width > 0
     if not good.any():
         raise ValueError(_NOTHING_BELOW)

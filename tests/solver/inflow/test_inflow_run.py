@@ -201,3 +201,18 @@ def test_collocation_refuses_inflows_and_sections():
     scene = replace(scene, scheme=solver.Collocation(support=9, degree=1))
     with pytest.raises(ValueError, match="weighted-residual form"):
         solver.simulate(scene, [0, 1])
+
+
+def test_nothing_comes_into_the_outermost_cells_of_an_elevation_model():
+    """A slope falls to the west; the line ends in the second column, and goes on to its far side."""
+    x = np.arange(20) * 2.0
+    model = solver.ElevationModel(x, x, np.broadcast_to(0.5 * x, (20, 20)), 20.0)
+    lattice = solver.Lattice((4, 34), (4, 34), 2)
+    flat = np.zeros(lattice.shape)
+    inflow = solver.Inflow("oblique", ((5.5, 8), (9.5, 28)), RISE, froude=1.0)
+    scene = solver.Scene(lattice, model, flat, flat, flat, solver.Coulomb(20), inflows=(inflow,))
+    row, column = entrance(inflow, lattice, model, scene.friction, scene.gravity).placed.downstream
+    assert column.min() == 1
+    result = solver.simulate(scene, [0, 20])
+    assert result.ledger.inflow == pytest.approx(100, rel=1e-13)
+    assert abs(result.ledger.error) < 1e-13
