@@ -27,6 +27,7 @@ from solver.kernels.runge_kutta import Limits
 from solver.kernels.state import DRY, LANES, CloudBed, Fields, Status
 from solver.physics.resistance import Zoned
 from solver.points.cloud import PointCloud
+from solver.points.voronoi import ControlVolumes
 from solver.run import (
     Carried,
     Run,
@@ -64,6 +65,14 @@ def operators_of(scene: Scene) -> CloudOperators:
     return given
 
 
+def _with_beside(values: Array, volumes: ControlVolumes) -> Array:
+    """Do for cells and those that they have faces with what `solver.arrays.with_beside` does."""
+    found = values.copy()
+    np.maximum.at(found, volumes.left, values[volumes.right])
+    np.maximum.at(found, volumes.right, values[volumes.left])
+    return found
+
+
 class CloudRun(Run):
     """The arrays of one run on a cloud; cells are followed by a ghost for every boundary face."""
 
@@ -85,6 +94,7 @@ class CloudRun(Run):
             law = scene.friction.resistance(scene.gravity)
             self.material = self.material._replace(law=Zoned(law, values))
         area, bed = self._lay()
+        bed = bed._replace(falling=_with_beside(bed.falling, volumes))
         self.area, self.bed = aligned(np.pad(area, (0, spare), mode="edge")), all_aligned(bed)
         load = np.concatenate([self.bed.normal, self.bed.normal[volumes.side_cell], np.ones(LANES)])
         k_x, k_y = at_rest(self.material)

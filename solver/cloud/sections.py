@@ -107,6 +107,7 @@ def doors_of(
         room=area[np.stack([inside, cell])] / faces.geometry[6, face],
         beta=bed.normal[cell],
         rate=np.stack([rate, rate]),
+        falling=bed.falling[cell],
         mass=np.zeros(n),
         depth=np.zeros(n),
         speed=np.zeros(n),

@@ -236,7 +236,9 @@ def classify_ghosts(
             status.static[ghost], speed = status_at_depth(
                 status.static[ghost], h[ghost], h[i], drive, b_n, bed.normal[i], law_at(material.law, i)
             )
-            fastest = max(fastest, speed * faces.geometry[6, f] / area[i])
+            # what it sends into a dry cell falls there from now on
+            falling = bed.falling[i] if speed > 0.0 else 0.0
+            fastest = max(fastest, speed * faces.geometry[6, f] / area[i], falling)
     return fastest
 
 

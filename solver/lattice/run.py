@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.arrays import Array
+from solver.arrays import Array, with_beside
 from solver.compiled import compile_for
 from solver.inflow.placement import Placed
 from solver.kernels import runge_kutta
@@ -124,7 +124,7 @@ class LatticeRun(Run):
             along,
             normal,
             self.scene.profile.curvature(x, y),
-            falling_rate(self.scene, x, y, 1.0 / self.lattice.dx),
+            with_beside(falling_rate(self.scene, x, y, 1.0 / self.lattice.dx)),
             self.material.transition[1] / np.sqrt(normal),
         )
 
@@ -219,6 +219,7 @@ class LatticeRun(Run):
             room=np.stack([np.where(along_x, dx, dy)] * 2),
             beta=self.bed.normal[doors.column],
             rate=np.stack([np.where(along_x, 1 / dx, 1 / dy), np.where(along_x, 1 / dy, 1 / dx)]),
+            falling=self.bed.falling[doors.column],
         )
 
     def _walls(self, buildings: NDArray[np.bool_]) -> Walls:

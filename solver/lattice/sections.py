@@ -65,6 +65,7 @@ class Geometry(NamedTuple):
     room: Array
     beta: Array
     rate: Array
+    falling: Array
 
 
 def doors_of(entrances: Sequence[Entrance], window: Window, stride: int) -> Doors:

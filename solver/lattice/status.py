@@ -351,5 +351,6 @@ def driven_rate(h: Array, status: Status, bed: Bed, material: Material, sides: S
                 bed.normal[column],
                 law_at(material.law, cell),
             )
-            rate = max(rate, speed / d)
+            # what it sends into a dry cell falls there from now on
+            rate = max(rate, speed / d, bed.falling[column] if speed > 0.0 else 0.0)
     return rate

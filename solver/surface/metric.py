@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.arrays import Array
+from solver.arrays import Array, with_beside
 from solver.physics.elevation import Surface, plan_slopes, tangents
 
 
@@ -121,7 +121,7 @@ def metric_of(
         return np.asarray((a[0] * (z_xx * b[0] + z_xy * b[1]) + a[1] * (z_xy * b[0] + z_yy * b[1])) / w)
 
     excess = np.maximum(0.0, np.hypot(g_1, g_2) - g_n * tangent)
-    falling = np.sqrt(cfl * excess / spacing).ravel()
+    falling = with_beside(np.sqrt(cfl * excess / spacing)).ravel()
     drop = corners[1:, 1:-1] - corners[:-1, 1:-1]
     along_y = np.stack([np.zeros_like(drop), np.full_like(drop, spacing), drop])
     drop = corners[1:-1, :-1] - corners[1:-1, 1:]

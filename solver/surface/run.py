@@ -152,6 +152,7 @@ class SurfaceRun(LatticeRun):
             room=1.0 / (metric.per_area[around] * length),
             beta=metric.g_n[doors.cell],
             rate=np.stack([np.where(doors.along_x, *rates), np.where(doors.along_x, *reversed(rates))]),
+            falling=metric.falling[doors.cell],
         )
 
     @property

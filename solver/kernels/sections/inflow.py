@@ -61,6 +61,8 @@ class Inflows(NamedTuple):
         g cos(xi) of the cell, m s-2.
     rate
         Rates that a speed along and across the face has, shape (2, faces), m-1.
+    falling
+        Wave rate that gives the longest step from rest in the cell, s-1.
     mass, depth, speed
         Of the step: flux of mass, of the size of other fluxes, depth (m) and speed (m s-1) of what comes in.
     graphs
@@ -93,6 +95,7 @@ class Inflows(NamedTuple):
     room: Array
     beta: Array
     rate: Array
+    falling: Array
     mass: Array
     depth: Array
     speed: Array
@@ -167,6 +170,8 @@ def fill_section(inflows: Inflows, k: int, discharge: float) -> None:
 def await_inflow(inflows: Inflows, time: float, limits: Limits, rate: float) -> float:
     """Let what comes in before long count in the length of the step, and open the sections that it passes.
 
+    So does gravity where it comes to: a thin film has next to no waves, and falls down a dry slope.
+
     Parameters
     ----------
     time : float
@@ -199,7 +204,7 @@ def await_inflow(inflows: Inflows, time: float, limits: Limits, rate: float) -> 
                 wave, u = math.sqrt(inflows.beta[e] * inflows.depth[e]), inflows.speed[e]
                 along, across = abs(inflows.along[e]) * u, abs(inflows.across[e]) * u
                 this = (along + wave) * inflows.rate[0, e] + (across + wave) * inflows.rate[1, e]
-                rate = max(rate, this)
+                rate = max(rate, this, inflows.falling[e])
     for k in range(len(inflows.flowing)):
         soon = next_flow(inflows.graphs, k, time) - time <= 2.0 * limits.shortest
         inflows.opened[k] = 1.0 if soon else 0.0
@@ -477,7 +482,7 @@ def no_inflows() -> Inflows:
         both,
         real,
         both,
-        *(real,) * 3,
+        *(real,) * 4,
         no_hydrographs(),
         *(real,) * 4,
         np.full(1, -np.inf),

@@ -211,7 +211,7 @@ def test_nothing_comes_into_the_outermost_cells_of_an_elevation_model():
     flat = np.zeros(lattice.shape)
     inflow = solver.Inflow("oblique", ((5.5, 8), (9.5, 28)), RISE, froude=1.0)
     scene = solver.Scene(lattice, model, flat, flat, flat, solver.Coulomb(20), inflows=(inflow,))
-    row, column = entrance(inflow, lattice, model, scene.friction, scene.gravity).placed.downstream
+    _, column = entrance(inflow, lattice, model, scene.friction, scene.gravity).placed.downstream
     assert column.min() == 1
     result = solver.simulate(scene, [0, 20])
     assert result.ledger.inflow == pytest.approx(100, rel=1e-13)
