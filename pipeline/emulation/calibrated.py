@@ -98,6 +98,8 @@ def emulated_measures(runs: Sampled, threshold: float) -> dict[str, Scalar]:
     inputs = runs.inputs.of(store)
     if few := support.of_runs(len(rows), inputs.shape[1]):
         raise NotEmulatedError(f"{few} that came to rest")
+    if alike := support.of_places(inputs[rows]):
+        raise NotEmulatedError(f"{alike}, of those that came to rest")
     deposits = store["deposit_depth"].isel(run=rows).transpose("run", "y", "x").to_numpy() > threshold
     found = {}
     for name, values in measures(deposits, store["y"].to_numpy(), store["x"].to_numpy()).items():

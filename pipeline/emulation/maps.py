@@ -14,7 +14,7 @@ from pipeline.assess.probability import BOUNDS
 from pipeline.assess.probability import exceedance as plain_exceedance
 from pipeline.emulation.sampled import Sampled
 from pipeline.emulation.thresholds import Threshold, exceedance_of
-from pipeline.hazard.mapping import THREADS
+from pipeline.hazard.mapping import THREADS, without_buildings
 from pipeline.hazard.quantities import BOUND_NAMES, QUANTITIES, Quantity, values_of
 from pipeline.store.variables import COORDINATES, SURFACE_COORDINATES
 from solver.emulator.exceedance import REST, Exceedance
@@ -52,7 +52,7 @@ def mapped(runs: Sampled, chosen: Sequence[Threshold], draws: Draws) -> xr.Datas
         ]
         if some:
             found.update(_quantity(runs, quantity, some, draws))
-    return found if len(found.data_vars) else None
+    return without_buildings(found) if len(found.data_vars) else None
 
 
 def _quantity(runs: Sampled, quantity: Quantity, some: Sequence[Threshold], draws: Draws) -> xr.Dataset:

@@ -65,7 +65,7 @@ class Sampled:
     @cached_property
     def inputs(self) -> Inputs:
         """Varied parameters."""
-        return Inputs(self.settings, self.stores[0])
+        return Inputs(self.settings, self.stores[0], self.chosen)
 
     @cached_property
     def pool(self) -> tuple[tuple[xr.Dataset, ...], ...]:
@@ -230,10 +230,27 @@ class Sampled:
         return [float(np.diff(each["x"]).mean()) for each in self.whole]
 
     @property
+    def left_out(self) -> str:
+        """Say which closer spacing is asked for and not corrected to; empty where all are."""
+        levels = () if self.settings.sample is None else self.settings.sample.levels
+        if len(self.stores) >= len(levels):
+            return ""
+        least = support.LEAST_PAIRS
+        return f"fewer than {least} at {levels[len(self.stores)].spacing:g} m, to which nothing is corrected"
+
+    @cached_property
+    def doubts(self) -> tuple[str, ...]:
+        """What makes all numbers of the finest level doubtful."""
+        pairs = len(self.usable[-1]) if len(self.stores) > 1 else support.FEW_PAIRS
+        return tuple(filter(None, [support.of_pairs(pairs)[1]]))
+
+    @property
     def words(self) -> str:
         """Say what the numbers are made from: ``64 of 64 runs done at 8 m; 16 of 16 runs done at 4 m``."""
         parts = zip(self.stores, self.spacings, strict=True)
         said = [f"{counts(store)} at {spacing:g} m" for store, spacing in parts]
+        if self.left_out:
+            said.append(self.left_out)
         if self.chosen:
             done, whole = (
                 sum(getattr(counts(each), name) for each in self.chosen) for name in ("computed", "planned")
@@ -269,6 +286,8 @@ def sampled(path: Location) -> Iterator[Sampled]:
         inputs = found.inputs.of(stores[0]).shape[1]
         if few := support.of_runs(counted, inputs):
             raise NotEmulatedError(few)
+        if alike := support.of_places(found.at(0)[found.usable[0]]):
+            raise NotEmulatedError(alike)
         while len(found.stores) > 1 and not support.of_pairs(len(found.usable[-1]))[0]:
             found = Sampled(settings, found.stores[:-1], chosen)
         yield found

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,14 +64,22 @@ def _fitted(runs: Sampled, name: str) -> Quantity:
     for level in range(1, len(known)):
         before = runs.root_rows(level - 1, known[level - 1])
         known[level] = known[level][np.isin(runs.root_rows(level, known[level]), before)]
+    if nothing := int(np.isneginf(held[0].value[: runs.counted]).sum()):
+        return Quantity(name, units, known, None, Verdict(f"{nothing} runs end without any {name}"))
+    if alike := support.of_places(inputs[known[0]]):
+        return Quantity(name, units, known, None, Verdict(f"{alike}, with a known {name}"))
+    doubts = []
     while len(known) > 1 and not support.of_pairs(len(known[-1]))[0]:
-        known.pop()
+        doubts = [support.of_pairs(len(known.pop()))[1]]
+    if len(known) > 1:
+        doubts = [*filter(None, [support.of_pairs(len(known[-1]))[1]])]
     some = [each.value[rows] for each, rows in zip(held, known, strict=False)]
     if np.ptp(some[0]) == 0:
         return Quantity(name, units, known, None, Verdict("all runs are alike"))
     places = [runs.at(level)[rows] for level, rows in enumerate(known)]
     scalar = fit_scalar(places, some, runs.pairs(known))
     verdict = support.of_scalar(scalar.score)
+    verdict = replace(verdict, warned=(*verdict.warned, *doubts))
     unknown = np.setdiff1d(runs.usable[0], known[0])
     if unknown.size:
         beyond = int((~inside(inputs[unknown], inputs[known[0]])).sum())

@@ -149,16 +149,19 @@ def _of_field(runs: Sampled, asked: Hazard, name: str, together: Sequence[Quanti
     maps, places = choose(fields, limits, runs.judged(runs.usable[0]), SIZES[name])
     for (quantity, threshold), limit in wanted.items():
         if threshold in getattr(asked, quantity.name):
-            yield Threshold(quantity, threshold, "", maps.get(limit), _verdict(maps.get(limit), threshold))
+            found = maps.get(limit)
+            yield Threshold(quantity, threshold, "", found, _verdict(found, threshold, runs.doubts))
         for receptor in fields[0].places:
             chosen = places.get((receptor, limit))
-            yield Threshold(quantity, threshold, receptor, chosen, _verdict(chosen, threshold))
+            verdict = _verdict(chosen, threshold, runs.doubts)
+            yield Threshold(quantity, threshold, receptor, chosen, verdict)
 
 
-def _verdict(chosen: Chosen | None, threshold: float) -> Verdict:
+def _verdict(chosen: Chosen | None, threshold: float, doubts: Sequence[str]) -> Verdict:
     if chosen is None:
         return Verdict(f"a threshold of {threshold:g} is too low to be told from dry")
     found = support.of_exceedance(chosen.score)
-    if found.refused or chosen.of_values is None:
+    if found.refused:
         return found
-    return Verdict(warned=(*found.warned, *support.jumps(chosen.of_values)))
+    jumps = () if chosen.of_values is None else support.jumps(chosen.of_values)
+    return Verdict(warned=(*found.warned, *jumps, *doubts))

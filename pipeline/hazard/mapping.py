@@ -77,7 +77,7 @@ def map_hazard(runs: xr.Dataset, settings: Hazard) -> xr.Dataset:
         for variable in (*found.data_vars.values(), *found.coords.values()):
             if words := variable.attrs.get("long_name"):
                 variable.attrs["long_name"] = str(words).replace("share of runs", "share of events", 1)
-    found = _without_buildings(found)
+    found = without_buildings(found)
     density = told_density(run_densities(runs).to_numpy())
     return found.assign_attrs(density=density, **_attributes(counts(runs), settings, frequency))
 
@@ -99,7 +99,7 @@ def nowhere(found: xr.Dataset) -> list[str]:
     return lines
 
 
-def _without_buildings(found: xr.Dataset) -> xr.Dataset:
+def without_buildings(found: xr.Dataset) -> xr.Dataset:
     """Leave out the cells of buildings, of which no flow says what reaches them."""
     if "building" not in found.coords:
         return found

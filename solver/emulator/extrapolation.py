@@ -14,6 +14,7 @@ from scipy.ndimage import distance_transform_edt, maximum_filter
 from scipy.optimize import linprog
 from scipy.special import ndtr
 
+from solver.emulator.kriging import LEAST_KNOWN, centred
 from solver.emulator.levels import Draws, Levels, Predictor
 
 Array = NDArray[np.float64]
@@ -119,7 +120,9 @@ def at_place(levels: Levels, level: float, past: Beyond) -> Array:
 def _outermost(levels: Levels, level: float, past: Beyond) -> tuple[Array, NDArray[np.bool_]]:
     """Predict the outputs of the outermost runs from all others, and say which are above the level."""
     part, outputs, rows = levels.parts[0], levels.outputs[0], past.outermost
-    error = np.linalg.solve(part.precision[np.ix_(rows, rows)], part.precision[rows] @ outputs)
+    # the others need not determine the trend: then the least error that agrees with them
+    residual = part.precision[rows] @ centred(outputs)
+    error = np.linalg.lstsq(part.precision[np.ix_(rows, rows)], residual, rcond=LEAST_KNOWN)[0]
     return outputs[rows] - error, outputs[rows] > level
 
 

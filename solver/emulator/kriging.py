@@ -37,6 +37,8 @@ STARTS = (0.4, 1.5)
 MOST_ITERATIONS = 60
 # variance of an output that does not vary
 LEAST_VARIANCE = 1e-18
+# part of what a run says that the trend must leave to the other runs
+LEAST_KNOWN = 1e-8
 
 
 @dataclass(frozen=True)
@@ -128,7 +130,8 @@ class Kriging:
 
     def scale(self, outputs: Array) -> Array:
         """Variance of each output's process, shape (c,), from outputs of the runs, shape (n, c)."""
-        found = np.einsum("ic,ic->c", outputs, self.precision @ outputs) / self.free
+        moved = centred(outputs)
+        found = np.einsum("ic,ic->c", moved, self.precision @ moved) / self.free
         scale: Array = np.maximum(found, LEAST_VARIANCE)
         return scale
 
@@ -148,12 +151,20 @@ class Kriging:
         -------
         mean, deviation : array, shape (n, c)
         """
-        held = np.diag(self.precision)[:, None]
-        residual = self.precision @ outputs
+        held = np.diag(self.precision)[:, None].copy()
+        alone = held[:, 0] < LEAST_KNOWN * np.diag(self._inverse)
+        held[alone] = 1.0
+        moved = centred(outputs)
+        residual = self.precision @ moved
         error = residual / held
-        without = np.einsum("ic,ic->c", outputs, residual) - residual * error
+        without = np.einsum("ic,ic->c", moved, residual) - residual * error
         variance = np.maximum(without / (self.free - 1), LEAST_VARIANCE) / held
-        return outputs - error, np.sqrt(variance)
+        mean, deviation = outputs - error, np.sqrt(variance)
+        for run in np.flatnonzero(alone):
+            others = np.delete(outputs, run, axis=0)
+            mean[run] = others.mean(axis=0)
+            deviation[run] = np.sqrt(np.maximum(others.var(axis=0, ddof=1), LEAST_VARIANCE))
+        return mean, deviation
 
     def paths(self, at: Array, normal: Array) -> Array:
         """Deviations from the mean that belong together, for an output of variance one.
@@ -197,11 +208,13 @@ def fit(inputs: Array, outputs: Array, trend: Trend = "linear", start: Kriging |
     Raises
     ------
     ValueError
-        If there are not more runs than functions of the trend, by two.
+        If there are not more runs than functions of the trend, by two, or the runs do not determine them.
     """
     runs, width = inputs.shape
     if Kriging(inputs, np.ones(width), 1.0, trend).free < 2:
         raise ValueError(f"{runs} runs are too few for {width} inputs and a {trend} trend")
+    if trend == "linear" and not independent(inputs):
+        raise ValueError(f"{runs} runs do not vary in all of {width} inputs, each by itself")
     spread = outputs.std(axis=0)
     varied = np.flatnonzero(spread > 0)
     if len(varied) > MOST_FITTED:
@@ -230,6 +243,21 @@ def fit(inputs: Array, outputs: Array, trend: Trend = "linear", start: Kriging |
         key=lambda found: found.fun,
     )
     return Kriging(inputs, np.exp(best.x[:-1]), float(np.exp(best.x[-1])), trend)
+
+
+def centred(outputs: Array) -> Array:
+    """Give outputs less their mean over the runs, shape (n, c): a trend takes it up, and round-off is less.
+
+    Coordinates of millions of m that differ by some m would lose all digits of their variance.
+    """
+    found: Array = outputs - outputs.mean(axis=0)
+    return found
+
+
+def independent(inputs: Array) -> bool:
+    """Whether runs, (n, inputs), vary in each input by itself, so that they determine a linear trend."""
+    basis = np.concatenate([np.ones((len(inputs), 1)), inputs], axis=1)
+    return int(np.linalg.matrix_rank(basis)) == 1 + int(inputs.shape[1])
 
 
 def _misfit(logs: Array, inputs: Array, outputs: Array, trend: Trend) -> tuple[float, Array]:

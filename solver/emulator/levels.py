@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.emulator.kriging import Kriging, fit
+from solver.emulator.kriging import Kriging, centred, fit
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
@@ -154,11 +154,14 @@ class Predictor:
     def __call__(self, levels: Levels, only_coarsest: bool = False) -> tuple[Array, Array]:
         """Mean and standard deviation of outputs, shape (m, c)."""
         count = 1 if only_coarsest else len(levels.parts)
-        mean = self._weights[0] @ levels.outputs[0].astype(self._kind)
+        # weights add up to 1
+        around = sum(levels.outputs[i].mean(axis=0) for i in range(count))
+        mean = self._weights[0] @ centred(levels.outputs[0]).astype(self._kind)
         variance = self._variances[0] * levels.scales[0].astype(self._kind)
         for i in range(1, count):
-            mean += self._weights[i] @ levels.outputs[i].astype(self._kind)
+            mean += self._weights[i] @ centred(levels.outputs[i]).astype(self._kind)
             variance += self._variances[i] * levels.scales[i].astype(self._kind)
+        mean += np.asarray(around, self._kind)
         return mean, np.sqrt(variance)
 
 

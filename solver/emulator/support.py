@@ -5,6 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import isnan
 
+import numpy as np
+from numpy.typing import NDArray
+
+from solver.emulator.kriging import independent
 from solver.emulator.scores import ExceedanceScore, ScalarScore
 
 # of runs of the coarsest level, all and by input
@@ -53,6 +57,13 @@ def of_runs(runs: int, inputs: int) -> str:
     if runs >= least:
         return ""
     return f"expected at least {least} computed runs for {inputs} inputs, found {runs}"
+
+
+def of_places(inputs: NDArray[np.float64]) -> str:
+    """Say why the places of runs, (n, inputs), do not do; empty where they vary in each input by itself."""
+    if independent(inputs):
+        return ""
+    return f"{len(inputs)} runs do not vary in all of {inputs.shape[1]} inputs, each by itself"
 
 
 def of_pairs(pairs: int) -> tuple[bool, str]:

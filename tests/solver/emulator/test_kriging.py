@@ -5,6 +5,7 @@ from scipy.optimize import approx_fprime
 
 from solver.emulator.correlation import matern
 from solver.emulator.kriging import Kriging, _misfit, fit
+from solver.emulator.levels import Levels, Predictor
 
 
 def outputs(at):
@@ -90,3 +91,36 @@ def test_noise_is_left_to_the_nugget():
 def test_too_few_runs_are_refused():
     with pytest.raises(ValueError, match="4 runs are too few for 2 inputs"):
         fit(places(4), np.ones((4, 1)))
+
+
+def test_coordinates_of_millions_of_metres_keep_the_digits_of_what_differs():
+    at, elsewhere = places(64), places(8, seed=5)
+    kriging = Kriging(at, np.array([0.8, 1.3]), 1e-6)
+    near, far = outputs(at), outputs(at) + 2.6e6
+    assert kriging.scale(far) == pytest.approx(kriging.scale(near), rel=1e-5, abs=1e-9)
+    for one, other in zip(
+        kriging.leave_one_out(near), kriging.leave_one_out(far) - np.array([[[2.6e6]], [[0]]]), strict=True
+    ):
+        assert other == pytest.approx(one, abs=1e-6)
+    predictor = Predictor([kriging], elsewhere)
+    mean, deviation = predictor(Levels((kriging,), (far,)))
+    assert mean - 2.6e6 == pytest.approx(predictor(Levels((kriging,), (near,)))[0], abs=1e-6)
+    assert (deviation < 0.05).all()
+
+
+def test_a_run_that_alone_has_a_value_is_predicted_by_the_others_alone():
+    at = np.concatenate([places(32), np.zeros((32, 1))], axis=1)
+    at[5, 2] = 1.0
+    held = outputs(at[:, :2])
+    mean, deviation = fit(at, held).leave_one_out(held)
+    others = np.delete(held, 5, axis=0)
+    assert mean[5] == pytest.approx(others.mean(axis=0))
+    assert deviation[5] == pytest.approx(others.std(axis=0, ddof=1))
+    assert np.delete(mean - held, 5, axis=0) == pytest.approx(0, abs=0.1)
+
+
+def test_inputs_that_do_not_vary_by_themselves_are_refused():
+    at = places(32)
+    for column in (np.full(32, 0.3), 1 - at[:, 0], np.zeros(32)):
+        with pytest.raises(ValueError, match="32 runs do not vary in all of 3 inputs, each by itself"):
+            fit(np.column_stack([at, column]), np.ones((32, 1)))
