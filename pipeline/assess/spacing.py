@@ -39,15 +39,23 @@ def paired(coarse: xr.Dataset, fine: xr.Dataset, entries: int) -> tuple[Rows, Ro
     return root[known], rows[known]
 
 
-def typical_change(coarse: Array, fine: Array) -> float:
-    """Root mean square change of a quantity of paired runs, (pairs,) each; NaN where none is known."""
+def typical_change(coarse: Array, fine: Array, weight: Array | None = None) -> float:
+    """Root mean square change of a quantity of paired runs, (pairs,) each; NaN where none is known.
+
+    weight : of each pair, by default all the same.
+    """
     known = np.isfinite(coarse) & np.isfinite(fine)
-    return float(np.sqrt(np.mean((fine - coarse)[known] ** 2))) if known.any() else float("nan")
+    return float(np.sqrt(_mean((fine - coarse)[known] ** 2, None if weight is None else weight[known])))
 
 
-def flips(coarse: NDArray[np.bool_], fine: NDArray[np.bool_]) -> float:
-    """Share of paired runs that are above a threshold on one level alone; NaN without pairs.
+def flips(coarse: NDArray[np.bool_], fine: NDArray[np.bool_], weight: Array | None = None) -> float:
+    """Share of paired runs, by their weight, that are above a threshold on one level alone; NaN without any.
 
     The probability to be above it changes by no more among these runs.
     """
-    return float(np.mean(coarse != fine)) if coarse.size else float("nan")
+    return _mean((coarse != fine).astype(np.float64), weight)
+
+
+def _mean(values: Array, weight: Array | None) -> float:
+    weight = np.ones(len(values)) if weight is None else weight
+    return float(weight @ values / weight.sum()) if weight.sum() > 0 else float("nan")

@@ -69,7 +69,8 @@ def assess(out: Location) -> dict[str, pd.DataFrame]:
         probability that the run-out is longer than a distance; ``receptors``, a row a receptor;
         ``receptor-periods``, a row a receptor and return period; ``receptor-runs``, a row a receptor and run;
         ``sections``, a row a run and section.
-        Numbers over runs have bounds and the runs behind them; runs that were chosen beside a sample are in
+        Numbers over runs have bounds and the runs behind them, and with levels what changes on the closest
+        spacing; runs that were chosen beside a sample are in
         ``runs``, with a weight of 0, and in no number.
 
     Raises
@@ -81,34 +82,34 @@ def assess(out: Location) -> dict[str, pd.DataFrame]:
     """
     paths = store_paths(out)
     stores = [open_store(path) for path in paths]
-    finest = [_finest(path, store) for path, store in zip(paths, stores, strict=True)]
+    closest = [finest(path, store) for path, store in zip(paths, stores, strict=True)]
     try:
         by_run = [reached(store) for store in stores]
         found = {
             "runs": run_table.read(out),
             "scenarios": pd.DataFrame(
-                row for store, fine in zip(stores, finest, strict=True) for row in quantiles(store, fine)
+                row for store, fine in zip(stores, closest, strict=True) for row in quantiles(store, fine)
             ),
             "runout-exceedance": pd.DataFrame(
                 row
-                for store, fine in zip(stores, finest, strict=True)
+                for store, fine in zip(stores, closest, strict=True)
                 for row in runout_exceedance(store, fine)
             ),
             "receptors": pd.DataFrame(
                 row
-                for store, rows, fine in zip(stores, by_run, finest, strict=True)
+                for store, rows, fine in zip(stores, by_run, closest, strict=True)
                 for row in receptors(store, rows, fine)
             ),
             "receptor-periods": pd.DataFrame(
                 row
-                for store, rows in zip(stores, by_run, strict=True)
-                for row in receptors_by_period(store, rows)
+                for store, rows, fine in zip(stores, by_run, closest, strict=True)
+                for row in receptors_by_period(store, rows, fine)
             ),
             "receptor-runs": pd.concat(by_run, ignore_index=True),
             "sections": pd.concat([passed(store) for store in stores], ignore_index=True),
         }
     finally:
-        for store in (*stores, *filter(None, finest)):
+        for store in (*stores, *filter(None, closest)):
             store.close()
     chosen = {path.stem: zarr_store.chosen(path) for path in paths}
     for rows in found.values():
@@ -224,7 +225,7 @@ def quantiles(store: xr.Dataset, fine: xr.Dataset | None = None) -> Iterator[dic
         }
 
 
-def _finest(path: Location, store: xr.Dataset) -> xr.Dataset | None:
+def finest(path: Location, store: xr.Dataset) -> xr.Dataset | None:
     """Open the finest level of a scenario; None where it has one level."""
     sample = stored(store.attrs).sample
     if sample is None or not sample.levels:
@@ -241,10 +242,9 @@ def _pairs(store: xr.Dataset, fine: xr.Dataset) -> tuple[NDArray[np.intp], NDArr
 def _change(store: xr.Dataset, fine: xr.Dataset | None, name: str) -> dict[str, float]:
     if fine is None:
         return {}
-    one, other = (
-        values(each, name).value[rows] for each, rows in zip((store, fine), _pairs(store, fine), strict=True)
-    )
-    return {"discretisation": spacing.typical_change(one, other)}
+    pairs = _pairs(store, fine)
+    one, other = (values(each, name).value[rows] for each, rows in zip((store, fine), pairs, strict=True))
+    return {"discretisation": spacing.typical_change(one, other, weights(store)[pairs[0]])}
 
 
 def runout_exceedance(store: xr.Dataset, fine: xr.Dataset | None = None) -> Iterator[dict[str, object]]:
@@ -259,9 +259,12 @@ def runout_exceedance(store: xr.Dataset, fine: xr.Dataset | None = None) -> Iter
         one = Bounded(*(getattr(found, end)[i] for end in ("lower", "estimate", "upper")))
         row = {**behind(store), "runout_distance": distance, **_columns(one, ["probability"])}
         if fine is not None:
-            pairs = zip((store, fine), _pairs(store, fine), strict=True)
-            beyond = (values(each, "runout_distance").value[rows] > distance for each, rows in pairs)
-            row["probability_discretisation"] = spacing.flips(*beyond)
+            pairs = _pairs(store, fine)
+            before, after = (
+                values(each, "runout_distance").value[rows] > distance
+                for each, rows in zip((store, fine), pairs, strict=True)
+            )
+            row["probability_discretisation"] = spacing.flips(before, after, weights(store)[pairs[0]])
         yield row
 
 
@@ -274,13 +277,11 @@ def receptors(
     ``annual_rate`` says how often a year that is.
     """
     frequency = events_per_year(store)
-    finer = None if fine is None else dict(iter(reached(fine).groupby("receptor", sort=False)))
+    finer = {} if fine is None else dict(iter(reached(fine).groupby("receptor", sort=False)))
     for name, rows in by_run.groupby("receptor", sort=False):
         row = {**behind(store), "receptor": str(name), **_at_receptor(store, rows)}
-        if fine is not None and finer is not None:
-            pairs = zip((rows, finer[name]), _pairs(store, fine), strict=True)
-            arrives = (each["reached"].to_numpy()[at].astype(bool) for each, at in pairs)
-            row["probability_discretisation"] = spacing.flips(*arrives)
+        if fine is not None:
+            row |= _changes(rows, finer[name], _pairs(store, fine), weights(store))
         if frequency is not None:
             row |= {
                 f"annual_rate{end}": row[f"probability{end}"] * frequency for end in ("", "_lower", "_upper")
@@ -288,18 +289,52 @@ def receptors(
         yield row
 
 
-def receptors_by_period(store: xr.Dataset, by_run: pd.DataFrame) -> Iterator[dict[str, object]]:
+def _changes(
+    rows: pd.DataFrame, finer: pd.DataFrame, pairs: tuple[NDArray[np.intp], ...], weight: Array
+) -> dict[str, float]:
+    """Columns of what changes at a receptor from a level to a finer one, over paired runs by their weight.
+
+    What does not arrive has no depth, speed or pressure there; times are of the runs that arrive on both.
+    """
+    both = [each.iloc[at] for each, at in zip((rows, finer), pairs, strict=True)]
+    before, after = (each["reached"].to_numpy(np.float64, na_value=np.nan) == 1 for each in both)
+    by_pair = weight[pairs[0]]
+    found = {"probability_discretisation": spacing.flips(before, after, by_pair)}
+    for quantity in AT_RECEPTORS:
+        nothing = np.nan if quantity == "arrival_time" else 0.0
+        one, other = (
+            np.where(there, each[quantity].to_numpy(np.float64, na_value=np.nan), nothing)
+            for each, there in zip(both, (before, after), strict=True)
+        )
+        found[f"{quantity}_discretisation"] = spacing.typical_change(one, other, by_pair)
+    return found
+
+
+def receptors_by_period(
+    store: xr.Dataset, by_run: pd.DataFrame, fine: xr.Dataset | None = None
+) -> Iterator[dict[str, object]]:
     """Table the same of the events of each return period; none without return periods."""
     groups = periods(store, stored(store.attrs).hazard.levels.return_periods)
+    finer = {} if fine is None or not groups else dict(iter(reached(fine).groupby("receptor", sort=False)))
     for name, rows in by_run.groupby("receptor", sort=False) if groups else ():
         for period in groups:
             some = store.isel(run=period.runs)
+            changes = {}
+            if fine is not None:
+                pairs = _pairs(store, fine)
+                of_period = np.isin(pairs[0], period.runs)
+                by_run_of_period = np.zeros(store.sizes["run"])
+                by_run_of_period[period.runs] = period.weight
+                changes = _changes(
+                    rows, finer[name], tuple(each[of_period] for each in pairs), by_run_of_period
+                )
             yield {
                 **behind(some),
                 "receptor": str(name),
                 "shortest_return_period": period.shortest,
                 "return_period": period.longest,
                 **_at_receptor(some, rows.iloc[period.runs], period),
+                **changes,
             }
 
 

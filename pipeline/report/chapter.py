@@ -16,6 +16,7 @@ from PIL import Image
 
 from pipeline.assess.ensemble import computed
 from pipeline.assess.georeference import Frame
+from pipeline.assess.tables import finest
 from pipeline.emulation.emulate import Emulated
 from pipeline.emulation.errors import NotEmulatedError
 from pipeline.gis.layer import Layer
@@ -35,7 +36,7 @@ from pipeline.report.tables.runs import failures, origin, quantiles, sections, v
 from pipeline.report.tables.spacing import one_spacing, spacing_table
 from pipeline.report.tables.table import Table
 from pipeline.scenario.scenario import stored
-from pipeline.store.place import indices_path
+from pipeline.store.place import indices_path, store_path
 from pipeline.store.storage import Location
 
 # shown at once; other maps fold out
@@ -47,9 +48,10 @@ PALETTE = 256
 # breadth over height of pictures of which three go on a sheet
 FLAT = 1.6
 # in the order they are shown; one that has nothing to tell gives None
-TABLES: tuple[Callable[[xr.Dataset], Table | None], ...] = (
-    *(receptors, receptor_periods, quantiles, sections, volume_ledger, failures),
+LEVELLED: tuple[Callable[[xr.Dataset, xr.Dataset | None], Table | None], ...] = (
+    *(receptors, receptor_periods, quantiles),
 )
+TABLES: tuple[Callable[[xr.Dataset], Table | None], ...] = (sections, volume_ledger, failures)
 FOLDED = ("share", "value", "class")
 
 
@@ -122,7 +124,13 @@ def of_scenario(
     curve, cut = runout_curve(store), section(store, found, settings.hazard)
     discharge = hydrographs(store)
     first, others = _maps(found, placed)
-    tables = [make(store) for make in TABLES]
+    fine = finest(store_path(out, name), store)
+    try:
+        tables = [make(store, fine) for make in LEVELLED]
+    finally:
+        if fine is not None:
+            fine.close()
+    tables += [make(store) for make in TABLES]
     tables[1:1] = [what_matters(indices_path(out), name), *emulated_tables(emulated)]
     convergence = spacing_table(out, store)
     if isinstance(emulated, Emulated) and emulated.maps is not None:

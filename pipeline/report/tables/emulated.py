@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable, Mapping
+from math import inf, isnan
+from typing import Any
+
+from pipeline.assess.probability import in_words
 from pipeline.emulation.emulate import Emulated
 from pipeline.emulation.errors import NotEmulatedError
-from pipeline.readable import number
-from pipeline.report.tables.table import Table, bounded
+from pipeline.readable import number, written
+from pipeline.report.tables.table import Table, bounded, short
 
 
 def emulated_tables(found: Emulated | NotEmulatedError | None) -> list[Table]:
@@ -27,11 +32,35 @@ def emulated_tables(found: Emulated | NotEmulatedError | None) -> list[Table]:
         ]
         head = ["receptor", "of the runs", "emulated", "sampling", "discretisation", "error", "leave-one-out"]
         made.append(Table("Emulated receptors", head, rows, f"{found.comment}. {EMULATED}"))
+    if "emulated-scenarios" in found.tables:
+        rows = [
+            [
+                _titled(row),
+                _of_runs(row),
+                *(short(row[f"emulated{ending}"]) for ending in ("", *ENDINGS)),
+                str(row["reason"]) or "supported",
+            ]
+            for row in found.tables["emulated-scenarios"].to_dict("records")
+        ]
+        head = ["quantity", "of the runs", "emulated", "sampling", "discretisation", "error", "leave-one-out"]
+        made.append(Table("Emulated quantiles", head, rows, f"{found.comment}. {EMULATED}"))
     checks = found.tables["leave-one-out"].to_dict("records")
     shown = ("brier_ratio", "calibration", "q2", "coverage", "worst")
     rows = [[str(row["what"]), str(row["verdict"]), *(number(row[name]) for name in shown)] for row in checks]
     head = ["what", "verdict", "Brier ratio", "calibration", "Q2", "coverage", "worst error"]
     return [*made, Table("Leave-one-out", head, rows, LEFT_OUT)]
+
+
+def _titled(row: Mapping[Hashable, Any]) -> str:
+    name = f"{str(row['quantity']).replace('_', ' ')}, {100 * row['share']:g} % below"
+    unit = written(str(row["units"]))
+    return f"{name} ({unit})" if unit else name
+
+
+def _of_runs(row: Mapping[Hashable, Any]) -> str:
+    """Write the quantile of the runs with its bounds, of which a missing one is infinite."""
+    lower, estimate, upper = (float(row[f"quantile{bound}"]) for bound in ("_lower", "", "_upper"))
+    return in_words(-inf if isnan(lower) else lower, estimate, inf if isnan(upper) else upper, short)
 
 
 ENDINGS = ("_sampling", "_discretisation", "_error")

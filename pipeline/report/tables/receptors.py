@@ -18,6 +18,16 @@ RECEPTOR_HEAD = (
     *("receptor", "probability", "of runs", "median depth (m)", "largest depth (m)"),
     *("largest speed (m/s)", "largest pressure (kPa)", "first arrival (s)"),
 )
+# of what a closer spacing changes
+CHANGED = {
+    "probability_discretisation": "spacing: probability",
+    "max_depth_discretisation": "spacing: depth (m)",
+    "max_speed_discretisation": "spacing: speed (m/s)",
+}
+ON_CLOSER = (
+    "Spacing is the discretisation error: the share of runs that reach it on one of two spacings alone, and "
+    "the root mean square change of a run from the widest spacing to the closest."
+)
 SHARES = (0.05, 0.5, 0.95)
 ASKED = {
     "max_depth": "largest depth (m)",
@@ -27,32 +37,34 @@ ASKED = {
 }
 
 
-def receptors(store: xr.Dataset) -> Table | None:
-    """Table what reaches the receptors."""
+def receptors(store: xr.Dataset, fine: xr.Dataset | None = None) -> Table | None:
+    """Table what reaches the receptors; with a finer level what changes on it."""
     try:
-        rows = list(table_receptors(store, reached(store)))
+        rows = list(table_receptors(store, reached(store), fine))
     except ValueError as error:
         return Table("Receptors", ["none"], [], f"{error}.")
     if not rows:
         return None
     shown = ("median_max_depth", "largest_depth", "largest_speed", "largest_pressure", "first_arrival_time")
+    changed = CHANGED if fine is not None else {}
     return Table(
         "Receptors",
-        RECEPTOR_HEAD,
+        [*RECEPTOR_HEAD, *changed.values()],
         [
             [
                 str(row["receptor"]),
                 share_in_words(row, "probability"),
                 f"{counts(store).computed} of {row['runs_planned']}",
-                *(short(row[name]) for name in shown),
+                *(short(row[name]) for name in (*shown, *changed)),
             ]
             for row in rows
         ],
-        "Probability of being reached, with its bounds; the rest is of the runs that reach it.",
+        "Probability of being reached, with its bounds; the rest is of the runs that reach it."
+        + (f" {ON_CLOSER}" if changed else ""),
     )
 
 
-def receptor_periods(store: xr.Dataset) -> Table | None:
+def receptor_periods(store: xr.Dataset, fine: xr.Dataset | None = None) -> Table | None:
     """Table how likely receptors are reached by the events of each return period."""
     try:
         by_run = reached(store)
@@ -60,11 +72,13 @@ def receptor_periods(store: xr.Dataset) -> Table | None:
         return None
     rows: dict[str, list[str]] = {}
     head = ["receptor"]
-    for row in tables.receptors_by_period(store, by_run):
+    for row in tables.receptors_by_period(store, by_run, fine):
         first, last = row["shortest_return_period"], row["return_period"]
         period = f"{last:g} years" if first == last else f"{first:g} to {last:g} years"
         head = head if period in head else [*head, period]
         cell = share_in_words(row, "probability")
+        if fine is not None:
+            cell += f", spacing {short(row['probability_discretisation'])}"
         rows.setdefault(str(row["receptor"]), []).append(cell)
     if not rows:
         return None
@@ -73,6 +87,8 @@ def receptor_periods(store: xr.Dataset) -> Table | None:
         for row in table_receptors(store, by_run)
     }
     note = "Probability of being reached by an event of each return period, and events a year that reach it."
+    if fine is not None:
+        note += f" {ON_CLOSER}"
     whole = [[name, *cells, rates[name]] for name, cells in rows.items()]
     return Table("Receptors by return period", [*head, "events a year"], whole, note)
 

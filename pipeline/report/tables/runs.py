@@ -119,16 +119,23 @@ def _index(row: Mapping[Hashable, Any]) -> str:
     return f"{FAINT}{text}" if row["index"] <= row["noise"] else text
 
 
-def quantiles(store: xr.Dataset) -> Table | None:
+def quantiles(store: xr.Dataset, fine: xr.Dataset | None = None) -> Table | None:
     """Table quantiles of what a run comes down to, with bounds where runs are missing or censored."""
     rows = []
-    for row in tables.quantiles(store):
+    for row in tables.quantiles(store, fine):
         found = tables.values(store, str(row["quantity"])).quantile(tables.SHARES)
         bounds = zip(found.lower.tolist(), found.estimate.tolist(), found.upper.tolist(), strict=True)
         title = f"{str(row['quantity']).replace('_', ' ')} ({written(str(row['units']))})"
-        rows.append([title, *(in_words(*each, short) for each in bounds)])
+        changed = [] if fine is None else [short(float(str(row["discretisation"])))]
+        rows.append([title, *(in_words(*each, short) for each in bounds), *changed])
     head = ["quantity", *(f"{100 * share:g} % of {whose(store)} below" for share in tables.SHARES)]
     note = "Of all planned runs; above is what runs that left the domain, were cut off or failed leave open."
+    if fine is not None:
+        head.append("spacing")
+        note += (
+            " Spacing is the discretisation error: the root mean square change of a run from the widest "
+            "spacing to the closest."
+        )
     return Table(f"Quantiles over {whose(store)}", head, rows, note) if computed(store).any() else None
 
 
