@@ -46,11 +46,12 @@ def sheet(count=64, levels="", status=None, noise=None, more=""):
     said = f"levels: [{{spacing: {SPACING:g}, count: {count}}}, {{spacing: {CLOSE:g}, count: 16}}]"
     asked = said if levels else f"count: {count}"
     text = TEXT.format(spacing=CLOSE if levels else SPACING, count=asked, more=more)
-    made = [_store(text, count, SPACING, 0.0, status, noise)]
-    return [*made, _store(text, 16, CLOSE, THINNER, None, None)] if levels else made
+    made = [store_of(text, count, SPACING, 0.0, status, noise)]
+    return [*made, store_of(text, 16, CLOSE, THINNER)] if levels else made
 
 
-def _store(text, count, spacing, thinner, status, noise):
+def store_of(text, count, spacing, thinner, status=None, noise=None):
+    """Give the store of runs of a text on a spacing, which makes them thinner."""
     sample = stored({"title": "sheet", "scenario": text}).sample
     drawn = draw(at_level(sample, count))
     given = {key.rpartition(".")[2]: ("run", np.array(values), {"key": key}) for key, values in drawn.items()}

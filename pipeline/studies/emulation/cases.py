@@ -59,11 +59,7 @@ class Case:
     def scenario(self, spacing: float, count: int | None = None) -> dict[str, Any]:
         """Give the scene on a spacing, with many Sobol draws."""
         content: dict[str, Any] = yaml.safe_load(self.file.read_text(encoding="utf-8"))
-        for section, key in FILES:
-            held = content if key is None else content.get(section, {})
-            named = held.get(key or section)
-            if isinstance(named, str):
-                held[key or section] = str((self.file.parent / named).resolve())
+        content = with_absolute_files(content, self.file.parent)
         for section, changed in self.sections.items():
             content[section] = content.get(section, {}) | dict(changed)
         for section in ("sweep", "return_periods"):
@@ -82,7 +78,17 @@ class Case:
         return f"{self.name}-{spacing:g}m"
 
 
-VALLEY = Case("valley", Path("scenarios/valley/valley.yaml"), {8.0: 4096, 4.0: 1024})
+def with_absolute_files(content: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """Give a scenario whose files are named from the root, so that it may lie anywhere."""
+    for section, key in FILES:
+        held = content if key is None else content.get(section, {})
+        named = held.get(key or section)
+        if isinstance(named, str):
+            held[key or section] = str((folder / named).resolve())
+    return content
+
+
+VALLEY = Case("valley", Path("scenarios/valley/valley.yaml"), {8.0: 4096, 4.0: 1024, 2.0: 256})
 TORRENT_CASE = Case(
     "torrent",
     Path("scenarios/torrent/torrent.yaml"),

@@ -19,9 +19,10 @@ from solver.emulator.fields import choose
 
 Array = NDArray[np.float64]
 THRESHOLDS = (0.25, 0.5, 1.0)
-PAIRS = 16
+# runs on the closer spacing, and on the finest one
+PAIRS, FINE_PAIRS = 16, 4
 DRAWS = 4096
-WIDE, CLOSE = VALLEY.truth
+WIDE, CLOSE, FINE = VALLEY.truth
 
 
 def emulated(runs: Sampled, thresholds: Sequence[float] = THRESHOLDS) -> dict[float, Exceedance]:

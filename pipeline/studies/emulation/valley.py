@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from time import process_time
 
 import numpy as np
 import pandas as pd
@@ -14,19 +16,32 @@ from pipeline.emulation.next_runs import chosen_runs, probability_of, target_of
 from pipeline.emulation.sampled import Sampled
 from pipeline.store.variables import Status
 from pipeline.studies.emulation.cases import VALLEY
-from pipeline.studies.emulation.pictures import CLOSE, DRAWS, PAIRS, WIDE, cut, emulated
+from pipeline.studies.emulation.pictures import (
+    CLOSE,
+    DRAWS,
+    FINE,
+    FINE_PAIRS,
+    PAIRS,
+    WIDE,
+    cut,
+    emulated,
+)
 from pipeline.studies.emulation.truth import Truth, blocks
 from solver.emulator.exceedance import exceedance
-from solver.emulator.fields import choose
+from solver.emulator.fields import Chosen, choose
+from solver.emulator.levels import Draws
 from solver.emulator.outline import measures, moved
 from solver.emulator.posterior import Measured
+from solver.emulator.scalars import Scalar, fit_scalar, quantiles
 
 Array = NDArray[np.float64]
 COUNTS = (32, 64, 128)
 # as many as the shipped valley has, on its spacing
 SHIPPED = 256
 # blocks are of what is in the truth of both spacings
-LEAST = min(VALLEY.truth.values())
+LEAST = VALLEY.truth[CLOSE]
+# draws that numbers are taken over, and runs that are emulated for them
+NUMBERS_OF_DRAWS, DRAWN = (1024, 4096, 16384, 65536), 64
 MISSING = 8
 SHARES = (0.5, 0.95)
 # a rare probability, and how many runs are chosen for it
@@ -38,9 +53,18 @@ DEPOSIT, OBSERVED = 0.1, 40
 
 
 def errors(
-    runs: Sampled, truth: Truth, plain: NDArray[np.float32], what: str, two_levels: bool = False
+    runs: Sampled,
+    truth: Truth,
+    plain: NDArray[np.float32],
+    what: str,
+    two_levels: bool = False,
+    own: Truth | None = None,
 ) -> Iterator[dict[str, object]]:
-    """Compare emulated maps and shares of runs with a truth, a row by threshold."""
+    """Compare emulated maps and shares of runs with a truth, a row by threshold.
+
+    own : truth whose points the runs of the share are on, where these are others.
+    """
+    on = own or truth
     for threshold, found in emulated(runs).items():
         known = cut(runs, truth.exceedance(threshold), truth.store)
         some = (known > OPEN[0]) & (known < OPEN[1])
@@ -56,13 +80,13 @@ def errors(
             "interval_of_sampling": float(alone.mean()),
             "brier_ratio": found.score.ratio,
         }
-        if plain.shape[1:] == truth.depth(slice(1)).shape[1:]:
-            share = cut(runs, (plain > threshold).mean(axis=0), truth.store)
+        if plain.shape[1:] == on.depth(slice(1)).shape[1:]:
+            share = cut(runs, (plain > threshold).mean(axis=0), on.store)
             row["rmse_of_share"] = float(np.sqrt(np.mean((share - known)[some] ** 2)))
         yield row
 
 
-def maps(wide: Truth, close: Truth) -> Iterator[dict[str, object]]:
+def maps(wide: Truth, close: Truth, fine: Truth) -> Iterator[dict[str, object]]:
     """Compare maps of few runs, of runs without the largest, of two spacings, and of the shipped valley."""
     for count in COUNTS:
         for rows in blocks(count, LEAST):
@@ -76,9 +100,68 @@ def maps(wide: Truth, close: Truth) -> Iterator[dict[str, object]]:
         runs, few = wide.runs(rows, close, PAIRS), close.depth(rows[:PAIRS])
         words = f"64 runs at {WIDE:g} m and {PAIRS} at {CLOSE:g} m"
         yield from errors(runs, close, few, words, two_levels=True)
+    # the last runs on the finest spacing are the first of the others
+    for rows in blocks(64, VALLEY.truth[FINE]):
+        runs, few = wide.runs(rows, close, PAIRS), close.depth(rows[:PAIRS])
+        words = f"64 runs at {WIDE:g} m and {PAIRS} at {CLOSE:g} m, against {FINE:g} m"
+        yield from errors(runs, fine, few, words, two_levels=True, own=close)
+        runs, few = wide.runs(rows, fine, FINE_PAIRS), fine.depth(rows[:FINE_PAIRS])
+        words = f"64 runs at {WIDE:g} m and {FINE_PAIRS} at {FINE:g} m"
+        yield from errors(runs, fine, few, words, two_levels=True)
     for rows in blocks(SHIPPED, LEAST):
         words = f"{SHIPPED} runs at {CLOSE:g} m"
         yield from errors(close.runs(rows), close, close.depth(rows), words)
+
+
+def numbers_of_draws(wide: Truth) -> Iterator[dict[str, object]]:
+    """Compare what the same runs give over more and more draws with as many as the most, of another seed."""
+    for rows in blocks(DRAWN, LEAST):
+        runs = wide.runs(rows)
+        weight, fields = runs.weight(runs.usable[0]), runs.fields("max_depth")
+        maps_of, places = choose(fields, (0.5,), runs.judged(runs.usable[0]))
+        run_out = fit_scalar([runs.at(0)], [wide.store["flow_runout_distance"].to_numpy()[rows]], [])
+
+        def numbers(
+            draws: Draws,
+            weight: Array = weight,
+            run_out: Scalar = run_out,
+            emulators: Mapping[str, Chosen] = {
+                "map above 0.5 m": maps_of[0.5],
+                "school above 0.5 m": places["school", 0.5],
+            },
+        ) -> Iterator[tuple[str, Array, float, float]]:
+            """Give name, numbers, half width and processor time of each."""
+            for what, each in emulators.items():
+                start = process_time()
+                found = exceedance(each.levels, each.level, draws, weight)
+                some = (found.probability > OPEN[0]) & (found.probability < OPEN[1])
+                half = float(found.sampling[some].mean()) if some.any() else float(found.sampling.mean())
+                yield what, found.probability, half, process_time() - start
+            start = process_time()
+            far = quantiles(run_out, (0.95,), draws, weight)
+            yield "run-out, 95 %, m", far.values, float(far.sampling[0]), process_time() - start
+
+        most = NUMBERS_OF_DRAWS[-1]
+        known = {what: found for what, found, *_ in numbers(other_seed(runs).inputs.draws(most))}
+        for count in NUMBERS_OF_DRAWS:
+            for what, found, half, seconds in numbers(runs.inputs.draws(count)):
+                some = (known[what] > OPEN[0]) & (known[what] < OPEN[1])
+                some = some if some.any() else np.ones(len(some), bool)
+                yield {
+                    "what": what,
+                    "draws": count,
+                    "rmse_of_draws": float(np.sqrt(np.mean((found - known[what])[some] ** 2))),
+                    "interval": half,
+                    "processor_seconds": seconds,
+                }
+
+
+def other_seed(runs: Sampled) -> Sampled:
+    """Give the same runs with draws of another seed."""
+    sample = runs.settings.sample
+    assert sample is not None
+    other = sample.model_copy(update={"seed": sample.seed + 1000})
+    return replace(runs, settings=runs.settings.model_copy(update={"sample": other}))
 
 
 def next_runs(wide: Truth) -> Iterator[dict[str, object]]:
@@ -140,8 +223,6 @@ def receptors(wide: Truth) -> Iterator[dict[str, object]]:
 
 def runouts(wide: Truth) -> Iterator[dict[str, object]]:
     """Compare quantiles of how far the flow came; of all runs, also those that crept on at their end."""
-    from solver.emulator.scalars import fit_scalar, quantiles
-
     values = wide.store["flow_runout_distance"].to_numpy()
     known = np.quantile(values, SHARES)
     for rows in blocks(32, LEAST):
@@ -191,10 +272,12 @@ def over_blocks(rows: Iterator[dict[str, object]], by: list[str]) -> pd.DataFram
     return found
 
 
-def tables(wide: Truth, close: Truth) -> Iterator[tuple[str, pd.DataFrame]]:
-    """Give the tables of the valley by the names of their files."""
-    yield "maps", over_blocks(maps(wide, close), ["what", "threshold"])
-    yield "next-runs", over_blocks(next_runs(wide), ["what"])
-    yield "receptors", over_blocks(receptors(wide), ["what"])
-    yield "runouts", over_blocks(runouts(wide), ["what"])
-    yield "calibrations", over_blocks(calibrations(wide), ["what"])
+# parts of the study, each a table
+PARTS: Mapping[str, Callable[[Truth, Truth, Truth], pd.DataFrame]] = {
+    "maps": lambda wide, close, fine: over_blocks(maps(wide, close, fine), ["what", "threshold"]),
+    "draws": lambda wide, close, fine: over_blocks(numbers_of_draws(wide), ["what", "draws"]),
+    "next-runs": lambda wide, close, fine: over_blocks(next_runs(wide), ["what"]),
+    "receptors": lambda wide, close, fine: over_blocks(receptors(wide), ["what"]),
+    "runouts": lambda wide, close, fine: over_blocks(runouts(wide), ["what"]),
+    "calibrations": lambda wide, close, fine: over_blocks(calibrations(wide), ["what"]),
+}
