@@ -24,6 +24,11 @@ REST = 0.0025
 # probabilities whose change between levels is typical
 TYPICAL = (0.01, 0.99)
 ALLOWANCE = 2.0
+# deviations that the table reaches to, and its entries
+WIDEST, ENTRIES = 6.0, 1 << 16
+_TABLE = ndtr(np.linspace(-WIDEST, WIDEST, ENTRIES)).astype(np.float32)
+_SCALE = np.float32((ENTRIES - 1) / (2 * WIDEST))
+_MIDDLE = np.float32((ENTRIES - 1) / 2 + 0.5)
 
 
 @dataclass(frozen=True)
@@ -111,12 +116,13 @@ def exceedance(levels: Levels, level: float, draws: Draws, weight: Array) -> Exc
     count = coarse.shape[1]
     found = {name: np.zeros(count) for name in ("probability", "coarse", "spread", "variance")}
     few, few_share = draws.at[draws.first], draws.share_of_first
+    share = draws.share.astype(np.float32)
     at_first, at_all = Predictor(levels.parts, few, single=True), None
     paths = scaled_paths(levels.parts, few, PATHS)
     for start in range(0, count, OUTPUTS_AT_ONCE):
         block = levels.of(slice(start, start + OUTPUTS_AT_ONCE))
         mean, deviation = at_first(block)
-        rough = few_share @ ndtr((mean - level) / deviation)
+        rough = few_share @ normal((mean - level) / deviation)
         some = np.flatnonzero((rough > CERTAIN) & (rough < 1 - CERTAIN))
         at = slice(start, start + len(rough))
         found["probability"][at] = rough
@@ -127,11 +133,11 @@ def exceedance(levels: Levels, level: float, draws: Draws, weight: Array) -> Exc
             at_all = at_all or Predictor(levels.parts, draws.at, single=True)
             part, rows = block.of(some), start + some
             each = _probability(at_all, part, level)
-            found["probability"][rows] = draws.share @ each
-            found["spread"][rows] = found["probability"][rows] - draws.share @ np.square(each)
+            found["probability"][rows] = share @ each
+            found["spread"][rows] = found["probability"][rows] - share @ np.square(each)
             if len(levels.parts) > 1:
                 each = _probability(at_all, part, level, only_coarsest=True)
-            found["coarse"][rows] = draws.share @ each
+            found["coarse"][rows] = share @ each
             found["variance"][rows] = _over_paths(part, mean[:, some] - level, paths, few_share)
     unsharp = np.maximum(score.brier, score.calibration * found["spread"])
     variance = score.calibration * found["variance"] + unsharp / runs
@@ -140,23 +146,43 @@ def exceedance(levels: Levels, level: float, draws: Draws, weight: Array) -> Exc
     return Exceedance(fine, rough, variance, score, len(levels.parts))
 
 
-def _probability(at: Predictor, levels: Levels, level: float, only_coarsest: bool = False) -> Array:
+def _probability(
+    at: Predictor, levels: Levels, level: float, only_coarsest: bool = False
+) -> NDArray[np.float32]:
     mean, deviation = at(levels, only_coarsest)
     mean -= level
     mean /= deviation
-    found: Array = ndtr(mean, out=mean)
-    return found
+    return normal(mean)
 
 
 def _over_paths(levels: Levels, above: Array, paths: list[Array], share: Array) -> Array:
     """Variance over paths of the share of draws above 0, (c,), of outputs with means ``above``, (m, c)."""
-    found = np.empty(above.shape[1])
+    found, single = np.empty(above.shape[1]), [path.astype(np.float32) for path in paths]
     for start in range(0, len(found), PATHS_AT_ONCE):
         part = slice(start, start + PATHS_AT_ONCE)
         roots = [np.sqrt(scale[part]).astype(np.float32) for scale in levels.scales]
-        whole = sum(
-            root[:, None, None] * path.astype(np.float32) for root, path in zip(roots, paths, strict=True)
-        )
-        exceeds = whole > -above[:, part].T[:, :, None]
-        found[part] = np.einsum("cmk,m->ck", exceeds, share).var(axis=1, ddof=1)
+        whole = roots[0][:, None, None] * single[0]
+        for root, path in zip(roots[1:], single[1:], strict=True):
+            whole += root[:, None, None] * path
+        exceeds = (whole > -above[:, part].T[:, :, None]).astype(np.float32)
+        found[part] = (share.astype(np.float32) @ exceeds).var(axis=1, ddof=1)
+    return found
+
+
+def normal(deviations: NDArray[np.floating]) -> NDArray[np.float32]:
+    """Give the share of a normal distribution below numbers of deviations, of single precision.
+
+    It is off by at most 4e-5, to either side alike, so that means over draws are not; and it takes an eighth
+    of the time of the function itself.
+
+    Parameters
+    ----------
+    deviations : array
+        Overwritten where it is of single precision.
+    """
+    place = np.asarray(deviations, np.float32)
+    place *= _SCALE
+    place += _MIDDLE
+    np.clip(place, 0, ENTRIES - 1, out=place)
+    found: NDArray[np.float32] = _TABLE[place.astype(np.uint16)]
     return found

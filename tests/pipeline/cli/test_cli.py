@@ -16,6 +16,7 @@ from commands import pipeline
 from rich.console import Console
 from stub_solvers import RAISES, by_friction, still
 
+from pipeline import cli
 from pipeline.assess import plots
 from pipeline.cli import display
 from pipeline.store import zarr_store
@@ -387,3 +388,13 @@ def test_a_store_given_as_a_place_and_a_place_as_a_store_are_told_apart(scenario
     result = pipeline("status", "s3:/bucket/path")
     words = "s3:/bucket/path: expected a URL as s3://bucket/path, or a folder"
     assert (result.exit_code, result.stderr.strip()) == (2, words)
+
+
+def test_commands_use_one_thread_of_blas_unless_told_otherwise(monkeypatch):
+    monkeypatch.setattr("pipeline.cli.app.main", lambda: None)
+    # set first, so that what the command sets is undone
+    monkeypatch.setenv("OPENBLAS_NUM_THREADS", "")
+    monkeypatch.delenv("OPENBLAS_NUM_THREADS")
+    monkeypatch.setenv("MKL_NUM_THREADS", "3")
+    cli.main()
+    assert (os.environ["OPENBLAS_NUM_THREADS"], os.environ["MKL_NUM_THREADS"]) == ("1", "3")

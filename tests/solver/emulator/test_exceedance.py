@@ -1,9 +1,10 @@
 import numpy as np
 import pytest
 from known_maps import X, Y, depths, places
+from scipy.special import ndtr, ndtri
 
 from solver.emulator import support
-from solver.emulator.exceedance import exceedance
+from solver.emulator.exceedance import exceedance, normal
 from solver.emulator.fields import FieldLevel, choose
 from solver.emulator.latent import WET, Latent
 from solver.emulator.levels import draws
@@ -121,8 +122,6 @@ def test_a_score_of_predictions_no_better_than_the_share_is_one():
     # a certain prediction, and one that is the share of the other runs
     sure = exceedance_score(above, np.where(above, 9.0, -9.0), np.ones((4, 1)), 0.0, weight)
     assert sure.ratio == pytest.approx(0, abs=1e-12)
-    from scipy.special import ndtri
-
     others = np.where(above, 1 / 3, 2 / 3)
     blind = exceedance_score(above, ndtri(others), np.ones((4, 1)), 0.0, weight)
     assert blind.ratio == pytest.approx(1)
@@ -179,8 +178,6 @@ def test_moving_probabilities_by_what_is_systematic_makes_none_worse(found, trut
 
 
 def test_only_what_is_off_alike_over_runs_and_outputs_is_systematic():
-    from scipy.special import ndtri
-
     rng, runs = np.random.default_rng(0), 64
     chance = rng.uniform(0.1, 0.9, (runs, 400))
     above, weight, one = (
@@ -197,3 +194,15 @@ def test_only_what_is_off_alike_over_runs_and_outputs_is_systematic():
     # of a single output chance and error cannot be told apart
     alone = exceedance_score(above[:, :1], ndtri(chance - 0.09)[:, :1], one[:, :1], 0.0, weight)
     assert alone.systematic == 0
+
+
+def test_the_table_is_the_normal_distribution_to_its_step_and_means_are_not_moved():
+    deviations = np.random.default_rng(0).normal(0.7, 3, 100_000).astype(np.float32)
+    known = ndtr(deviations.astype(np.float64))
+    found = normal(deviations.copy())
+    assert np.abs(found - known).max() < 4e-5
+    assert found.astype(np.float64).mean() == pytest.approx(known.mean(), abs=3e-7)
+
+
+def test_far_away_it_is_nothing_or_all():
+    assert normal(np.array([-1e9, -7, 0, 7, 1e9], np.float32)) == pytest.approx([0, 0, 0.5, 1, 1], abs=4e-5)
