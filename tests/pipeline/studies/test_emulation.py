@@ -90,7 +90,7 @@ def test_the_shipped_valley_is_compared_with_the_runs_on_its_own_spacing(monkeyp
         valley, "errors", lambda runs, truth, plain, what, **_: said.append((what, runs, truth)) or ()
     )
     wide, close = Runs(8.0), Runs(4.0)
-    assert list(valley.maps(wide, close)) == []
+    assert list(valley.maps(wide, close, Runs(2.0))) == []
     rows = [(runs, truth) for what, runs, truth in said if what == "256 runs at 4 m"]
     assert {truth for _, truth in rows} == {close}
     assert [spacing for (spacing, _), _ in rows] == [4.0] * 4
