@@ -6,14 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
-from solver.emulator.levels import Draws, Levels, Predictor
+from solver.emulator.levels import SAME, Draws, Levels, Predictor
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
 # draws, of those that are least certain, among which runs are chosen and whose certainty counts
 MOST_LOOKED_AT = 1024
-# of scaled inputs, below which places are one
-SAME = 1e-9
 
 
 def most_telling(levels: Levels, level: float, draws: Draws, count: int) -> Rows:

@@ -95,7 +95,14 @@ def choose(
         By threshold; outputs are the flattened points of the last level.
     places : dict
         By name of the place and threshold; one output each.
+
+    Raises
+    ------
+    ValueError
+        If a field is not finite everywhere, or coordinates do not ascend.
     """
+    for each in runs:
+        _check(each)
     maps: dict[float, Chosen] = {}
     places: dict[tuple[str, float], Chosen] = {}
     wanted = [threshold for threshold in thresholds if threshold >= WET * size]
@@ -119,6 +126,14 @@ def choose(
             keys = {threshold: (name, threshold) for threshold in wanted}
             _keep(places, near_places[name], latent, keys, weight)
     return maps, places
+
+
+def _check(runs: FieldLevel) -> None:
+    """Refuse what would count as dry, and lattices that no distance is right on."""
+    if not np.isfinite(runs.values).all():
+        raise ValueError("expected finite values of all runs at all points, found others")
+    if not all((np.diff(axis) > 0).all() for axis in (runs.y, runs.x)):
+        raise ValueError("expected ascending coordinates y and x of the points")
 
 
 def _fitted(

@@ -208,8 +208,11 @@ def fit(inputs: Array, outputs: Array, trend: Trend = "linear", start: Kriging |
     Raises
     ------
     ValueError
-        If there are not more runs than functions of the trend, by two, or the runs do not determine them.
+        If there are not more runs than functions of the trend, by two, or the runs do not determine them, or
+        an output is not finite.
     """
+    if not np.isfinite(outputs).all():
+        raise ValueError("expected finite outputs of all runs, found others")
     runs, width = inputs.shape
     if Kriging(inputs, np.ones(width), 1.0, trend).free < 2:
         raise ValueError(f"{runs} runs are too few for {width} inputs and a {trend} trend")

@@ -14,6 +14,8 @@ from solver.emulator.kriging import Kriging, centred, fit
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
+# of scaled inputs, below which places are one
+SAME = 1e-9
 
 
 @dataclass(frozen=True)
@@ -84,14 +86,27 @@ def fit_levels(
     Raises
     ------
     ValueError
-        If a level has too few runs.
+        If a level has too few runs, or paired runs are at different places.
     """
+    for i, before in enumerate(pairs, 1):
+        _check_pairs(inputs[i - 1], inputs[i], before)
     made = [fit(inputs[0], outputs[0], "linear", start.parts[0] if start else None)]
     held = [outputs[0]]
     for i, ((_, fine), before) in enumerate(zip(pairwise(inputs), pairs, strict=True), 1):
         held.append(outputs[i] - outputs[i - 1][before])
         made.append(fit(fine, held[-1], "constant", start.parts[i] if start else None))
     return Levels(tuple(made), tuple(held), tuple(pairs))
+
+
+def _check_pairs(coarse: Array, fine: Array, before: Rows) -> None:
+    """Refuse pairs that are none, as of levels in another order: their differences would mean nothing."""
+    if len(before) != len(fine) or (before >= len(coarse)).any():
+        raise ValueError(
+            f"expected a row of {len(coarse)} runs for each of {len(fine)}, found {len(before)} rows "
+            f"up to {before.max(initial=0)}"
+        )
+    if not np.allclose(coarse[before], fine, rtol=0, atol=SAME):
+        raise ValueError("expected paired runs at the same places of two levels")
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from solver.emulator import support
 from solver.emulator.exceedance import exceedance, normal
 from solver.emulator.fields import FieldLevel, choose
 from solver.emulator.latent import WET, Latent
-from solver.emulator.levels import draws
+from solver.emulator.levels import draws, fit_levels
 from solver.emulator.scores import exceedance_score
 
 THRESHOLDS = (0.25, 0.5, 1.0)
@@ -206,3 +206,55 @@ def test_the_table_is_the_normal_distribution_to_its_step_and_means_are_not_move
 
 def test_far_away_it_is_nothing_or_all():
     assert normal(np.array([-1e9, -7, 0, 7, 1e9], np.float32)) == pytest.approx([0, 0, 0.5, 1, 1], abs=4e-5)
+
+
+def test_what_no_number_can_come_of_is_refused():
+    at, weight = places(32), np.full(32, 1 / 32)
+    for wrong in (np.nan, np.inf):
+        field = depths(at)
+        field[3, 4, 5] = wrong
+        with pytest.raises(ValueError, match="expected finite values of all runs at all points"):
+            choose([FieldLevel(at, field, Y, X, {})], (0.5,), weight)
+        with pytest.raises(ValueError, match="expected finite outputs of all runs"):
+            fit_levels([at], [field[:, 4, 5:6]])
+    with pytest.raises(ValueError, match="expected ascending coordinates"):
+        choose([FieldLevel(at, depths(at)[:, :, ::-1], Y, X[::-1], {})], (0.5,), weight)
+
+
+@pytest.mark.parametrize(
+    ("fine", "before", "told"),
+    [
+        # levels in another order, rows of other runs, too few of them
+        (64, np.arange(64), "expected a row of 32 runs for each of 64"),
+        (8, np.arange(8)[::-1], "expected paired runs at the same places"),
+        (8, np.arange(7), "expected a row of 32 runs for each of 8, found 7 rows up to 6"),
+    ],
+)
+def test_levels_whose_runs_are_no_pairs_are_refused(fine, before, told):
+    at = places(64)
+    with pytest.raises(ValueError, match=told):
+        fit_levels([at[:32], at[:fine]], [at[:32, :1], at[:fine, :1]], [before])
+
+
+def test_draws_beyond_the_range_of_the_runs_are_within_the_stated_error():
+    def scores(at):
+        return ndtri(np.clip(at, 1e-6, 1 - 1e-6))
+
+    few, many = scores(places(64)), scores(places(4096, seed=9))
+    low, high = few.min(axis=0), few.max(axis=0)
+    at, over = ((each - low) / (high - low) for each in (few, many))
+    beyond = ((over < 0) | (over > 1)).any(axis=1).mean()
+    assert beyond > 0.01
+    weight = np.full(64, 1 / 64)
+    maps, _ = choose([FieldLevel(at, depths(ndtr(few)), Y, X, {})], (0.5,), weight)
+    chosen = maps[0.5]
+    found = exceedance(chosen.levels, chosen.level, draws([over], [1.0], 512), weight)
+    known = (depths(places(8192, seed=11)) > 0.5).mean(axis=0).ravel()
+    error = np.abs(found.probability - known)
+    # cells that the draws beyond alone reach too
+    rare = (known > 0.0005) & (known < beyond)
+    open_ended = (known > 0.01) & (known < 0.99)
+    assert rare.sum() > 5
+    for some in (rare, open_ended):
+        assert np.mean(error[some] <= found.sampling[some] + 0.0025) >= 0.95
+    assert np.sqrt(np.mean(error[open_ended] ** 2)) < 0.007
