@@ -1,15 +1,18 @@
 """Error of emulated numbers against many runs: ``python -m pipeline.studies.emulation --case valley``.
 
 It computes the runs of a case, prints its tables in docs/emulation.md and draws its pictures. ``--runs
-PLACE`` keeps the runs there, or takes those that are there; ``--to FOLDER`` gets tables and pictures. The
-tables of the valley are parts: those that were made by the same code are taken from the place, so that the
-same command goes on where it was cut off, and ``--part draws`` does one of them. Each part says what
+PLACE`` keeps the runs there, or takes those that are there; ``--to FOLDER`` gets tables and pictures, and
+``--page docs/emulation.md`` the tables in place of those below their names in comments.
+
+The tables of the valley are parts. Those that were made by the same code are taken from the place, so that
+the same command goes on where it was cut off, and ``--part draws`` does one of them. Each part says what
 processor time it took.
 """
 
 from __future__ import annotations
 
 import argparse
+import re
 import resource
 from collections.abc import Iterator, Sequence
 from functools import cache
@@ -74,6 +77,11 @@ def made(part: str, place: Path, code: str, truth: Sequence[Truth]) -> pd.DataFr
     return valley.PARTS[part](wide, close, fine)
 
 
+def with_table(page: str, title: str, text: str) -> str:
+    """Put a table into a page, in place of the one below ``<!-- title -->``, if it has that."""
+    return re.sub(rf"(?m)(^<!-- {re.escape(title)} -->\n)(^\|.*\n)*", lambda found: found[1] + text, page)
+
+
 def known_by() -> str:
     """Give what the code of the study, of the emulator and of the solver is known by."""
     modules = sources.modules_of("solver", "pipeline")
@@ -93,6 +101,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--case", choices=list(CASES), default=VALLEY.name)
     parser.add_argument("--runs", type=Path, default=None)
     parser.add_argument("--to", type=Path, default=Path("docs/emulation"))
+    parser.add_argument("--page", type=Path, default=None)
     parser.add_argument("--part", choices=PARTS, action="append", help="of the valley; may be given again")
     given = parser.parse_args(arguments)
     case, parts = CASES[given.case], given.part or PARTS
@@ -107,6 +116,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
         text = run_table.markdown(table)
         print(f"\n{title}\n\n{text}", flush=True)
         (given.to / f"{title}.md").write_text(text, encoding="utf-8")
+        if given.page is not None:
+            page = given.page.read_text(encoding="utf-8")
+            given.page.write_text(with_table(page, title, text), encoding="utf-8")
     if case is VALLEY and PICTURES in parts:
         wide, close, _ = (Truth(place, case.named(spacing)) for spacing in case.truth)
         draw(wide, close, given.to / "maps.png")

@@ -8,6 +8,7 @@ import pytest
 import xarray as xr
 import yaml
 from analytic_truth import THINNER, analytic
+from root import ROOT
 
 from pipeline.emulation.thresholds import fitted
 from pipeline.studies.emulation import __main__ as command
@@ -276,3 +277,17 @@ def test_parts_of_the_valley_are_kept_and_taken_again_by_the_same_code(tmp_path,
     monkeypatch.setattr(command, "known_by", lambda: "other")
     dict(command.tables_of_valley(tmp_path, ["maps"]))
     assert asked == ["maps", "commands", "maps"]
+
+
+def test_a_table_takes_the_place_of_the_one_below_its_name():
+    page = "a\n\n<!-- maps -->\n| old |\n| --- |\n\n| other |\n<!-- draws -->\n\nb\n"
+    found = command.with_table(page, "maps", "| new |\n")
+    assert found == page.replace("| old |\n| --- |\n", "| new |\n")
+    assert command.with_table(found, "draws", "| 1 |\n").endswith("<!-- draws -->\n| 1 |\n\nb\n")
+    assert command.with_table(page, "none", "| 1 |\n") == page
+
+
+def test_the_page_has_a_place_for_every_table_of_the_valley():
+    page = (ROOT / "docs" / "emulation.md").read_text(encoding="utf-8")
+    for title in (*valley.PARTS, command.COMMANDS, "acceptance"):
+        assert f"<!-- {title} -->\n" in page
