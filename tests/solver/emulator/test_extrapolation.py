@@ -3,9 +3,9 @@ import pytest
 from known_maps import X, Y, depths, places
 
 from solver.emulator.exceedance import exceedance
-from solver.emulator.extrapolation import at_place, beyond, on_lattice
+from solver.emulator.extrapolation import Beyond, at_place, beyond, on_lattice
 from solver.emulator.fields import FieldLevel, choose
-from solver.emulator.levels import draws
+from solver.emulator.levels import draws, fit_levels
 
 THRESHOLD, MISSING = 0.5, 8
 SPACING = float(Y[1] - Y[0]), float(X[1] - X[0])
@@ -56,3 +56,14 @@ def test_intervals_hold_the_truth_where_the_largest_runs_are_missing(runs):
     assert (
         abs(exceedance(one.levels, one.level, over, weight).probability[0] - truth[10 * len(X) + 21]) <= 0.05
     )
+
+
+def test_outermost_runs_that_alone_have_a_value_are_predicted_by_what_the_others_tell():
+    at = np.concatenate([places(64), np.zeros((64, 1))], axis=1)
+    rows = np.array([5, 9, 20, 33])
+    at[rows, 2] = 1.0
+    held = depths(at[:, :2])[:, 10, 18:19]
+    levels = fit_levels([at], [held])
+    half = at_place(levels, THRESHOLD, Beyond(at[rows], 0.1, rows))
+    # the value does nothing, and the others tell the runs right
+    assert half == pytest.approx([0.1 * np.sqrt(0.25 / 5)])
