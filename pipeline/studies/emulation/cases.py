@@ -88,7 +88,7 @@ def with_absolute_files(content: dict[str, Any], folder: Path) -> dict[str, Any]
     return content
 
 
-VALLEY = Case("valley", Path("scenarios/valley/valley.yaml"), {8.0: 4096, 4.0: 1024, 2.0: 256})
+VALLEY = Case("valley", Path("scenarios/valley/valley.yaml"), {8.0: 4096, 4.0: 1024, 2.0: 128})
 TORRENT_CASE = Case(
     "torrent",
     Path("scenarios/torrent/torrent.yaml"),

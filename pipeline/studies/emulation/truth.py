@@ -71,5 +71,5 @@ class Truth:
 def blocks(count: int, whole: int) -> Iterator[NDArray[np.intp]]:
     """Give some blocks of runs, far from each other in the sequence, among the first of the truth."""
     step = max(1, whole // count // BLOCKS)
-    for i in range(BLOCKS):
+    for i in range(min(BLOCKS, whole // count)):
         yield np.arange(i * step * count, (i * step + 1) * count)

@@ -16,6 +16,7 @@ from pipeline.studies.emulation import commands, valley
 from pipeline.studies.emulation.acceptance import acceptance
 from pipeline.studies.emulation.commands import SEEDS, WAYS, compared, done, error_of_truth, maps_of, together
 from pipeline.studies.emulation.pictures import THRESHOLDS, emulated
+from pipeline.studies.emulation.truth import blocks
 from pipeline.studies.emulation.valley import errors
 
 COARSE, CLOSE, FINE = THINNER
@@ -208,6 +209,11 @@ def test_a_map_is_compared_at_the_points_that_it_shares_with_the_truth(truth, tm
     assert other["rmse_close"] > 0.02
     assert other["coverage_close"] < 1
     assert 0 < error_of_truth(truth[COARSE], 0.5) < 0.005
+
+
+def test_blocks_are_within_the_truth():
+    assert [*map(len, blocks(64, 1024))] == [64] * 4
+    assert [(rows[0], rows[-1]) for rows in blocks(64, 128)] == [(0, 63), (64, 127)]
 
 
 def test_ways_are_the_shipped_scenarios_with_another_seed():
