@@ -64,6 +64,13 @@ def meant(found: str, known: Iterable[str], elsewhere: Mapping[str, str] | None 
     return f". Did you mean '{place}'?" if place else ""
 
 
+def alike(found: str, known: Iterable[str]) -> str:
+    """Say which name of the user's own may be meant by one that is not known; "" for none."""
+    lowered = {name.casefold(): name for name in known}
+    close = get_close_matches(found.casefold(), lowered, 1, 0.6)
+    return f". Did you mean '{lowered[close[0]]}'?" if close else ""
+
+
 def of_key(found: str, value: Any) -> str:
     """Say what is behind a key that is a part of a number, as in ``{volume: 20,000}``; "" for nothing."""
     if found.isdigit() and value is None:

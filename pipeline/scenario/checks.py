@@ -27,7 +27,7 @@ from pipeline.scenario.places import on_bed, on_no_data, part_inside, receptors_
 from pipeline.scenario.plausibility import of_depths, of_hydrograph, reversed_periods, unusual
 from pipeline.scenario.schema_errors import check
 from pipeline.scenario.strict_yaml import Document, Path
-from pipeline.scenario.sweep_checks import check_design, periods_of_polygons
+from pipeline.scenario.sweep_checks import check_design, periods_of_polygons, twice_named
 from pipeline.settings.hazard import Georeference
 from pipeline.settings.physics import AnyTerrain
 from pipeline.settings.points import FilePoints
@@ -95,6 +95,10 @@ def check_document(document: Document, folder: FilePath) -> Checked:
     mistakes = [document.mistake(p.path, p.message, at_key=p.at_key) for p in problems]
     mistakes = [mistake for mistake in mistakes if (mistake.line, mistake.column) not in told]
     mistakes += judge.mistakes
+    if settings is not None and not mistakes and settings.on_surface:
+        held = {} if judge.map_files.held is None else judge.map_files.held.outlines
+        wrong = twice_named(settings, document.data, held)
+        mistakes += [document.mistake(p.path, p.message, at_key=p.at_key) for p in wrong]
     if settings is not None and not mistakes and settings.return_periods == OF_POLYGONS:
         ground = judge.map_files.held
         found = periods_of_polygons(settings, document.data, {} if ground is None else ground.outlines)

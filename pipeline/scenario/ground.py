@@ -162,10 +162,10 @@ class GroundCheck:
                 if wrong:
                     continue
                 named = [each for each in held if release.name in (None, each.name)]
-                depths = [_depth(each) for each in solver_objects.polygon_releases(release, held)]
+                made = solver_objects.polygon_releases(release, held)
                 # polygons of one volume have one depth
-                depths *= len(named) // len(depths)
-                laid += [(release.polygons, *each) for each in zip(named, depths, strict=True)]
+                depths = {id(ring): _depth(each) for each in made for ring in each.rings}
+                laid += [(release.polygons, each, depths[id(each.rings[0])]) for each in named]
                 if release.name is not None and len(named) > 1:
                     twice = f"{len(named)} polygons of {release.polygons} are called '{release.name}'"
                     self.doubts[path, "name"] = f"{twice}, and all of them are released"

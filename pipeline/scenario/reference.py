@@ -43,7 +43,9 @@ with a spacing, the weighted-residual form, earth pressure `isotropic` or `mohr-
 sides. `terrain.elevation`, its curvature length, the polygons and their depth or volume may be varied; all
 runs lie on the cells of the scenario's own elevation model.
 Attributes of polygons are used where the scenario says nothing else, in capitals or not: `name`, `depth`,
-`volume`, and `return_period` with `return_periods: polygons`. What polygons that overlap release adds up.
+`volume`, and `return_period` with `return_periods: polygons`. Keys of `sweep` and `sample` may call a
+release by the name or the layer that it asks for, and one of its polygons by its own name, as
+`release.slide.depth` or, of a list, `release.0.slide.volume`. What polygons that overlap release adds up.
 Without a `domain` only the part of the raster is read that
 the flow comes to.
 
@@ -132,10 +134,12 @@ def _title(loc: tuple[str, ...], model: type[BaseModel]) -> str | None:
     match loc:
         case ():
             return "The file"
-        case (*_, "given") | (_, "many", _) | ("inflow", "many", *_):
+        case (*_, "given") | (_, "many", _) | ("inflow" | "release", "many", *_):
             return None
         case _ if _is_one_of(loc, model):
             return f"`{_dotted(loc[:-1])}`, {choosing_key(model)} `{loc[-1]}`"
+        case ("release", _, "polygons", "each", _):
+            return "`release.each`, by name of a polygon"
         case ("points", "graded", *rest):
             return f"`points`, `{'.'.join(rest)}` of layout `graded`"
         case ("inflow", "one") | ("sections",):

@@ -270,6 +270,9 @@ def _content(checked: checks.Checked) -> str:
         held["sample"].pop("levels")
     # what a scenario has nothing of makes no difference to it, and stores of before stay valid
     held = {name: value for name, value in held.items() if value or name not in WHERE_USED}
+    for release in held["release"] if isinstance(held.get("release"), list) else [held.get("release")]:
+        if release and not release.get("each", True):
+            release.pop("each")
     tables = {name: table.digest for name, table in sorted(checked.tables.items())}
     files = {} if checked.points is None else {"file": checked.points.digest}
     whole = {**held, "points": {**held["points"], **files}, "tables": tables}

@@ -143,7 +143,9 @@ def _path(loc: tuple[int | str, ...], data: Any, missing: bool) -> Path:
     """Leave out of a location what is no key of the data, as the kinds that unions add, but a missing key."""
     path: list[str | int] = []
     for i, part in enumerate(loc):
-        if _names(loc[: i + 1]) in _models() and _names(loc[:i]) not in _models() and isinstance(part, str):
+        before = _names(loc[:i])
+        chosen = _names(loc[: i + 1]) in _models() and before not in _models() and before not in _open()
+        if chosen and isinstance(part, str):
             continue
         known = isinstance(data, Mapping) and part in data
         item = isinstance(data, tuple) and isinstance(part, int) and part < len(data)

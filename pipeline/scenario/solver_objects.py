@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from pipeline.hints import alike
 from pipeline.mistakes import describe
 from pipeline.settings import points as points_settings
 from pipeline.settings.erodible_bed import ErodibleBed as ErodibleSettings
@@ -50,6 +51,8 @@ if TYPE_CHECKING:
 Hydrographs = Mapping[str, "HydrographTable"]
 # of a section that are looked at for the zones it crosses
 PLACES_ALONG = 1000
+# polygons that a message lists
+MOST_NAMED = 20
 # polygons by file and layer
 Outlines = Mapping["tuple[str, str | None]", "tuple[Outline, ...]"]
 
@@ -123,8 +126,9 @@ def chosen(name: str | None, outlines: Sequence[Outline]) -> list[Outline]:
     """
     found = [each for each in outlines if name in (None, each.name)]
     if not found:
-        known = ", ".join(each.name for each in outlines)
-        raise ValueError(f"expected one of the polygons {known}, found '{name}'")
+        known = list(dict.fromkeys(each.name for each in outlines))
+        told = f"{', '.join(known[:MOST_NAMED])}{' and others' * (len(known) > MOST_NAMED)}"
+        raise ValueError(f"expected one of the polygons {told}, found '{name}'{alike(str(name), known)}")
     return found
 
 
@@ -142,18 +146,26 @@ def polygon_releases(release: PolygonsRelease, outlines: Sequence[Outline]) -> l
     Raises
     ------
     ValueError
-        If none has the name asked for, or one has no depth.
+        If none has the name asked for, one has no depth, or what single ones have of their own is not that
+        of one polygon.
     """
     held, measured = chosen(release.name, outlines), release.measured
-    if release.volume is not None:
-        rings = [ring for outline in held for ring in outline.rings]
-        return [PolygonRelease(rings, volume=release.volume, measured=measured)]
+    for name in release.each:
+        if (count := len(chosen(name, held))) > 1:
+            wanted = f"expected one polygon called '{name}', found {count}"
+            raise ValueError(f"{wanted}; give each of them a name of its own")
     made = []
+    if release.volume is not None:
+        rings = [ring for outline in held if outline.name not in release.each for ring in outline.rings]
+        made += [PolygonRelease(rings, volume=release.volume, measured=measured)] if rings else []
+        held = [outline for outline in held if outline.name in release.each]
     for outline in held:
         depth, volume = outline.attributes.get("depth"), outline.attributes.get("volume")
-        if release.depth is not None:
+        if (own := release.each.get(outline.name)) is not None:
+            depth, volume = own.depth, own.volume
+        elif release.depth is not None:
             depth = release.depth
-        elif depth is None and isinstance(volume, int | float) and volume > 0:
+        if depth is None and isinstance(volume, int | float) and volume > 0:
             made.append(PolygonRelease(outline.rings, volume=float(volume), measured=measured))
             continue
         if isinstance(depth, bool) or not isinstance(depth, int | float) or not depth > 0:

@@ -11,7 +11,7 @@ from pipeline.scenario import schema_errors
 from pipeline.scenario.design import Design, design, draw
 from pipeline.scenario.solver_objects import Outlines, chosen, with_attributes
 from pipeline.scenario.strict_yaml import Path
-from pipeline.scenario.sweep import SWEEPABLE, Value, assign, path_of
+from pipeline.scenario.sweep import SWEEPABLE, Value, assign, named, path_of
 from pipeline.settings.sample import MOST_RUNS, Sample
 from pipeline.settings.settings import OF_ALL_RUNS, Settings
 from pipeline.settings.surface import PolygonsRelease
@@ -117,6 +117,11 @@ def _known(
 def _hint(key: str, data: Mapping[str, Any]) -> str:
     """Say which key may be meant by one that leads nowhere."""
     first, _, rest = key.partition(".")
+    if first == "release" and isinstance(data.get(first), tuple):
+        several = named(rest.split("."), data[first])
+        if len(several) > 1:
+            wanted = " or ".join(f"{first}.{i}.{rest}" for i in several)
+            return f", which may be of {len(several)} releases. Write {wanted}"
     if first in ("release", "inflow") and rest and isinstance(data.get(first), tuple):
         return "" if rest[0].isdigit() else f". Did you mean '{first}.0.{rest}'?"
     places = schema_errors.keys_elsewhere().items()
@@ -174,6 +179,42 @@ def _common(path: Path, other: Path) -> int:
             break
         count += 1
     return count
+
+
+def twice_named(settings: Settings, document: Mapping[str, Any], outlines: Outlines) -> list[Problem]:
+    """List varied keys that call a release by a name that more than one of its polygons may have meant.
+
+    Parameters
+    ----------
+    settings : Settings
+        Of a scenario on an elevation model.
+    document : mapping
+        What stands in its file.
+    outlines : mapping
+        Polygons by file and layer.
+    """
+    problems: list[Problem] = []
+    for key in settings.varied:
+        parts, path = key.split("."), path_of(key, document) or ()
+        number = next((part for part in path if isinstance(part, int)), None)
+        begin = 2 if parts[1:2] == ["0" if number is None else str(number)] else 1
+        name = ".".join(parts[begin:-1])
+        if parts[0] != "release" or not name or "each" in path:
+            continue
+        release = settings.releases[number or 0]
+        if not isinstance(release, PolygonsRelease):
+            continue
+        held = outlines[release.polygons, release.layer]
+        count = sum(each.name == name for each in held)
+        place: Path = ("sweep", key) if key in settings.sweep else ("sample", "values", key)
+        if count > 1:
+            wanted = f"expected the name of one polygon, found '{name}' of {count} of {release.polygons}"
+            problems.append(Problem(place, f"{wanted}; give each of them a name of its own", at_key=True))
+        elif count and release.name is None and len(held) > 1:
+            wanted = f"expected the name of a layer or of a polygon, found '{name}', which is that of both"
+            fix = f"write release.each.{name}.{parts[-1]} for the polygon"
+            problems.append(Problem(place, f"{wanted}; {fix}", at_key=True))
+    return problems
 
 
 def periods_of_polygons(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 
 from pydantic import Discriminator, Field, Tag, model_validator
 from pydantic_core import PydanticCustomError
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from pipeline.settings.settings import Settings
 
 CURVATURE_LENGTH = 20.0
+Amount = TypeVar("Amount", "PolygonRelease", "PolygonsRelease")
 
 
 def _word_or_length(value: Any) -> str:
@@ -56,6 +57,19 @@ class ElevationTerrain(Section):
         return None if isinstance(self.curvature_length, str) else self.curvature_length
 
 
+class PolygonRelease(Section):
+    """What one polygon of a release has of its own."""
+
+    depth: Positive | None = key("depth within the polygon", "m", None)
+    volume: Positive | None = key("volume of the polygon; in place of `depth`", "m3", None)
+
+    @model_validator(mode="after")
+    def _one_of_both(self) -> PolygonRelease:
+        if self.depth is None and self.volume is None:
+            raise relation("expected depth or volume, found neither", "depth", "volume")
+        return _one_of_both(self)
+
+
 class PolygonsRelease(Section):
     """Polygons of a file, each of one depth, at rest."""
 
@@ -87,12 +101,22 @@ class PolygonsRelease(Section):
         default="normal",
         choices={"normal": "normal to the bed", "vertical": "vertically"},
     )
+    each: dict[str, PolygonRelease] = key(
+        "depth or volume of single polygons by their name, as `{slide: {depth: 2}}`; `depth` and `volume` "
+        "are those of the others then. Varied keys may leave `each` out, as `release.slide.depth`",
+        default={},
+    )
 
     @model_validator(mode="after")
     def _one_of_both(self) -> PolygonsRelease:
-        if self.depth is not None and self.volume is not None:
-            raise relation("expected either depth or volume, found both", "depth", "volume")
-        return self
+        return _one_of_both(self)
+
+
+def _one_of_both(section: Amount) -> Amount:
+    """Refuse a section that has both a depth and a volume."""
+    if section.depth is not None and section.volume is not None:
+        raise relation("expected either depth or volume, found both", "depth", "volume")
+    return section
 
 
 def unfit(settings: Settings) -> PydanticCustomError | None:

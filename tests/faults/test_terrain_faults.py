@@ -19,7 +19,9 @@ from elevation_files import (
 )
 
 from pipeline.errors import BadInput
+from pipeline.runs.runs import expand
 from pipeline.scenario.scenario import load
+from pipeline.scenario.solver_objects import outlined
 
 SEARCHED = (f"{DOMAIN}\n", "")
 
@@ -149,7 +151,10 @@ def test_what_was_written_is_told_where_it_stands(folder):
     assert found == "terrain.crs: expected a reference system, as EPSG:2056, found 'LV95', which is none"
     folder_of(folder)
     found = line(folder, ("name: slide", "name: slice"))
-    assert found == "release: expected one of the polygons slide, found 'slice' (releases.gpkg)"
+    assert (
+        found
+        == "release: expected one of the polygons slide, found 'slice'. Did you mean 'slide'? (releases.gpkg)"
+    )
     turned = f"domain: {{x: [{WEST + 297.5}, {WEST + 2.5}], y: [{NORTH - 197.5}, {NORTH - 2.5}]}}"
     with pytest.raises(BadInput, match=r"below the upper one, found \[2600297\.5, 2600002\.5\]"):
         load([written(folder, TEXT, (DOMAIN, turned))])
@@ -328,13 +333,13 @@ def test_a_receptor_whose_coordinates_are_exchanged(folder):
         load([written(folder, TEXT + place)])
 
 
-def boxes(folder, *extents, **fields):
+def boxes(folder, *extents, layer=None, **fields):
     """Write polygons with attributes: a list of values for each."""
     made = [shapely.box(WEST + w, NORTH + s, WEST + e, NORTH + n) for w, s, e, n in extents]
     columns = [np.array(v, dtype=object if isinstance(v[0], str) else None) for v in fields.values()]
     pyogrio.raw.write(
         folder / "releases.gpkg", np.array(shapely.to_wkb(made), dtype=object), columns, list(fields),
-        crs="EPSG:2056", geometry_type="Polygon",
+        crs="EPSG:2056", geometry_type="Polygon", layer=layer, append=layer is not None,
     )  # fmt: skip
 
 
@@ -479,3 +484,114 @@ def test_receptors_of_one_layer_of_a_file(folder):
     assert "receptors.name: expected one of the keys file, layer" in line(
         folder, (change[0], change[1] % "roads, name: a")
     )
+
+
+TWO = {"slide": (20, -120, 50, -80), "rock": (20, -60, 50, -20)}
+
+
+def swept(*keys, values="[1, 2]"):
+    return ("time:", f"sweep: {{{', '.join(f'{key}: {values}' for key in keys)}}}\ntime:")
+
+
+def released(folder, *changes):
+    """Depth or volume of each release of each run, by the south end of the outline, m."""
+    (scenario,) = load([written(folder, TEXT, *changes)])
+    made = [outlined(run.settings, run.outlines) for run in expand(scenario)]
+    return [
+        {
+            round(float(min(ring[1] for ring in each.rings[0]) - NORTH)): each.depth or each.volume
+            for each in run
+        }
+        for run in made
+    ], list(expand(scenario).parameters(0))
+
+
+def test_keys_of_a_sweep_call_polygons_by_name(folder):
+    write_polygons(folder / "releases.gpkg", TWO)
+    single = (", name: slide", "")
+    for key in ("release.slide.depth", "release.0.slide.depth", "release.each.slide.depth"):
+        found = [{-120: depth, -60: 1.5} for depth in (1, 2)]
+        assert released(folder, single, swept(key)) == (found, [key.replace(".", "_")])
+    assert released(folder, single, swept("release.rock.volume"))[0] == [{-120: 1.5, -60: v} for v in (1, 2)]
+    # volume is that of the others
+    found, _ = released(folder, (", name: slide", ", volume: 700"), swept("release.slide.depth"))
+    assert found == [{-120: d, -60: 700} for d in (1, 2)]
+    found, names = released(folder, single, swept("release.slide.depth", "release.rock.depth"))
+    assert found == [{-120: a, -60: b} for a in (1, 2) for b in (1, 2)]
+    assert names == ["release_slide_depth", "release_rock_depth"]
+    # what the release asks for
+    for key in ("release.slide.volume", "release.0.slide.volume", "release.volume"):
+        assert released(folder, swept(key, values="[700, 900]"))[0] == [{-120: 700}, {-120: 900}]
+    several = (
+        "release: {polygons: releases.gpkg, name: slide}",
+        "release: [{polygons: releases.gpkg, name: slide}, {polygons: releases.gpkg, name: rock}]",
+    )
+    for key in ("release.rock.depth", "release.1.rock.depth", "release.1.depth"):
+        assert released(folder, several, swept(key))[0] == [{-120: 1.5, -60: d} for d in (1, 2)]
+
+
+def test_keys_of_a_sample_call_polygons_by_names_with_any_signs(folder):
+    write_polygons(folder / "releases.gpkg", {"St. Anton / 1": TWO["slide"], "St. Anton - 1": TWO["rock"]})
+    draws = "{distribution: discrete, values: [2]}"
+    keys = ("release.St. Anton / 1.depth", "release.St. Anton - 1.depth")
+    sample = f"sample: {{count: 1, values: {{{', '.join(f'{key}: {draws}' for key in keys)}}}}}\ntime:"
+    found, names = released(folder, (", name: slide", ""), ("time:", sample))
+    assert found == [{-120: 2, -60: 2}]
+    assert names == ["release_St__Anton___1_depth_0", "release_St__Anton___1_depth_1"]
+
+
+def test_keys_of_a_sweep_call_layers_by_name(folder):
+    for layer, box in TWO.items():
+        boxes(folder, box, depth=[1.5], layer=layer)
+    layered = ("name: slide", "layer: slide")
+    assert released(folder, layered, swept("release.slide.depth"))[0] == [{-120: 1}, {-120: 2}]
+
+
+def test_names_of_polygons_that_are_none_or_several(folder):
+    write_polygons(folder / "releases.gpkg", TWO)
+    single = (", name: slide", "")
+    wanted = "sweep.release.slid.depth.0: expected one of the polygons slide, rock, found 'slid'"
+    assert line(folder, single, swept("release.slid.depth", values="[1]")) == (
+        f"{wanted}. Did you mean 'slide'? (releases.gpkg)"
+    )
+    wanted = "sweep.release.rock.depth.0: expected one of the polygons slide, found 'rock' (releases.gpkg)"
+    assert line(folder, swept("release.rock.depth", values="[1]")) == wanted
+    assert line(folder, swept("release.Slide.deph")).endswith("Did you mean 'depth'?")
+    assert "expected one of the polygons slide, rock, found 'Slide'. Did you mean 'slide'?" in line(
+        folder, ("name: slide", "name: Slide")
+    )
+    both = (
+        "release: {polygons: releases.gpkg, name: slide}",
+        "release: [{polygons: releases.gpkg}, {polygons: releases.gpkg}]",
+    )
+    found = line(folder, both, swept("release.slide.depth"))
+    assert found.endswith("Write release.0.slide.depth or release.1.slide.depth")
+    boxes(folder, *TWO.values(), name=["slide", "slide"], depth=[1.5, 1.5])
+    assert line(folder, single, swept("release.slide.depth", values="[1]")) == (
+        "sweep.release.slide.depth.0: expected one polygon called 'slide', found 2; "
+        "give each of them a name of its own (releases.gpkg)"
+    )
+    assert line(folder, swept("release.slide.depth")) == (
+        "sweep.release.slide.depth: expected the name of one polygon, found 'slide' of 2 of releases.gpkg; "
+        "give each of them a name of its own"
+    )
+    for layer in TWO:
+        boxes(folder, *TWO.values(), name=list(TWO), depth=[1.5, 1.5], layer=layer)
+    assert line(folder, ("name: slide", "layer: slide"), swept("release.slide.depth")) == (
+        "sweep.release.slide.depth: expected the name of a layer or of a polygon, found 'slide', which is "
+        "that of both; write release.each.slide.depth for the polygon"
+    )
+
+
+def test_what_single_polygons_have_of_their_own(folder):
+    write_polygons(folder / "releases.gpkg", TWO)
+    own = (", name: slide", ", each: {slide: {depth: 3}}")
+    assert released(folder, own)[0] == [{-120: 3, -60: 1.5}]
+    where = "release.each.slide"
+    neither = own[1].replace("depth: 3", "")
+    assert line(folder, (own[0], neither)) == f"{where}.depth: expected depth or volume, found neither"
+    both = own[1].replace("3", "3, volume: 2")
+    assert line(folder, (own[0], both)) == f"{where}.depth: expected either depth or volume, found both"
+    none = "expected one of the polygons slide, rock, found 'slice'. Did you mean 'slide'? (releases.gpkg)"
+    assert line(folder, (own[0], own[1].replace("slide", "slice"))) == f"release: {none}"
+    assert f"{where}.dept: " in line(folder, (own[0], own[1].replace("depth", "dept")))
