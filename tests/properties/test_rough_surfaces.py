@@ -83,7 +83,7 @@ def test_laws_are_kept_on_rough_ground_by_clouds(seed):
     scene = scattered(drawn(seed), seed)
     run = simulate(scene, [END / 2, END])
     assert run.failure is None
-    assert abs(run.ledger.error) < 1e-13
+    assert abs(run.ledger.error) < 1e-15
     assert (run.depth >= 0).all()
     assert not list(doubts(scene, run))
     # what comes to no data has left
@@ -100,7 +100,7 @@ def test_laws_are_kept_on_rough_ground(seed):
     scene = drawn(seed)
     run = simulate(scene, [END / 2, END])
     assert run.failure is None
-    assert abs(run.ledger.error) < 1e-13
+    assert abs(run.ledger.error) < 1e-15
     assert (run.depth >= 0).all()
     assert not list(doubts(scene, run))
     # what comes to no data or to the edge has left

@@ -73,6 +73,43 @@ def test_a_heap_beside_an_avalanche_stays_to_the_last_bit():
     np.testing.assert_array_equal(run.depth[1][y < -10], depth[y < -10])
 
 
+def needed(model, depth):
+    """Tangent of the friction that holds what lies still: the largest by S5 for all pairs of differences."""
+    edges = [edges_of(a, POINTS.dx) for a in (POINTS.x_points, POINTS.y_points)]
+    b_x, b_y = plan_slopes(model.corners(*edges), POINTS.dx)
+    bent, steep = np.sqrt(1 + b_x**2), np.sqrt(1 + b_x**2 + b_y**2)
+    # gravity along the frame by that normal to the bed
+    pulls = -b_x * steep / bent, -b_y / bent
+    wide = np.pad(depth, 1)
+    sides = (
+        (wide[1:-1, 2:] - depth, depth - wide[1:-1, :-2]),
+        (wide[2:, 1:-1] - depth, depth - wide[:-2, 1:-1]),
+    )
+    slopes = [np.array([one, other, (one + other) / 2]) / POINTS.dx for one, other in sides]
+    found = 0.0
+    for d_x in slopes[0]:
+        for d_y in slopes[1]:
+            along = d_x / bent - pulls[0]
+            across = -b_x * b_y / (bent * steep) * d_x + bent / steep * d_y - pulls[1]
+            found = max(found, np.hypot(along, across)[depth > 0].max())
+    return found
+
+
+@pytest.mark.parametrize("noise", [0.05, 0.3])
+def test_a_heap_on_a_rough_bed_stays_below_its_limit_beside_an_avalanche_and_moves_beyond_it(noise):
+    model, whole = rough(noise), heap(2.0, (35.0, -24.0))
+    resting = whole * (whole > 0.3)
+    x, y = POINTS.coordinates
+    near = np.hypot(x - 35.0, y + 24.0) < 24
+    depth = resting + heap(centre=(-35.0, 25.0), square=150.0)
+    for share, moves in ((0.9, False), (1.1, True)):
+        friction = Coulomb(float(np.degrees(np.arctan(needed(model, resting) / share))))
+        start = Scene(POINTS, model, depth, 9.0 * (depth > 0) * ~near, 0 * depth, friction)
+        run = simulate(start, [0.0, 3.0])
+        assert (run.depth[1] != depth)[~near].any()
+        assert (run.depth[1] != depth)[near].any() == moves
+
+
 def test_volume_is_kept_to_round_off_and_what_leaves_is_in_the_ledger():
     model = rough(noise=0.2, slope=25.0)
     model.elevation[20:30, 45:50] = np.nan
