@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from pipeline.studies.kernels.cloud import cloud_costs
 from pipeline.studies.kernels.lattice import kernel_costs
+from pipeline.studies.kernels.surface import surface_costs
 
 
 class Table(NamedTuple):
@@ -45,6 +46,12 @@ def on_clouds() -> Iterator[list[str]]:
     yield [f"{stage.name}: {1e3 / stage.time:.1f} million a s", f"{stage.time:.1f}", "", "", "", ""]
 
 
+def on_surfaces() -> Iterator[list[str]]:
+    """Time whole steps on a profile and on elevation models; a line for each."""
+    for cost in surface_costs():
+        yield [cost.bed, str(cost.cells), f"{cost.time:.1f}", f"{1e3 / cost.time:.1f}", f"{cost.share:.2f}"]
+
+
 def _numbers(values: list[float]) -> list[str]:
     time, moved, looked_up, *least = values
     return [f"{time:.1f}", f"{moved:.0f}", f"{looked_up:.0f}", *(f"{q:.1f}" for q in least)]
@@ -77,4 +84,16 @@ TABLES = (
         ),
         on_clouds,
     ),
+    Table(
+        "Elevation models",
+        ("bed", "wet cells", "ns a cell-stage", "million a s", "of that on the profile"),
+        on_surfaces,
+    ),
 )
+
+
+def lines_of(table: Table) -> Iterator[str]:
+    """Give a table with its heading as lines of Markdown."""
+    yield from (f"## {table.title}", "")
+    for cells in (table.columns, ["---"] * len(table.columns), *table.rows()):
+        yield f"| {' | '.join(cells)} |"

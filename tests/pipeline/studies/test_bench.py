@@ -9,6 +9,7 @@ from typer.testing import CliRunner
 
 from pipeline.cli.app import app
 from pipeline.studies import bench
+from pipeline.studies.kernels.__main__ import put
 from pipeline.studies.kernels.table import TABLES
 from pipeline.studies.ladders import Ladder, Plan, cost_at
 from solver.points.cloud import random_points
@@ -44,6 +45,7 @@ def benched(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(bench, "QUICK", TINY)
         patch.setattr("pipeline.studies.ladders.ENOUGH", 0.0)
+        patch.setattr("pipeline.studies.kernels.surface.SIDES", {40: 20})
         shown = CliRunner().invoke(app, ["bench", "--quick", "--to", str(to)], catch_exceptions=False)
     assert shown.exit_code == 0
     with (to / "bench.csv").open() as file:
@@ -97,6 +99,24 @@ def test_the_loops_of_a_stage_on_a_cloud_are_timed_and_what_they_move_is_counted
     assert looked_up[0] == pytest.approx(24, rel=0.01)
     assert looked_up[1] == pytest.approx(72, rel=0.05)
     assert looked_up[3] == 0
+
+
+def test_stages_on_elevation_models_are_timed_beside_those_on_a_profile(benched):
+    profile, *models = section(benched[0] / "bench.md", TABLES[2].title)[2:]
+    assert profile[0] == "slope profile"
+    assert float(profile[4]) == 1
+    assert [row[0] for row in models] == ["elevation model, plane", "elevation model, rough"]
+    for row in models:
+        assert row[1] == "1600"
+        assert float(row[2]) * float(row[3]) == pytest.approx(1000, rel=0.02)
+        # the metric is not for nothing
+        assert 0 < float(row[4]) < 1
+
+
+def test_a_table_takes_the_place_of_the_one_of_its_heading():
+    report = "A machine.\n\n## One\n\n| a |\n\n## Two\n\n| b |\n"
+    assert put("## One\n\n| c |", report) == report.replace("a |", "c |")
+    assert put("## Three\n\n| c |", report) == f"{report}\n## Three\n\n| c |\n"
 
 
 def test_errors_fall_with_the_spacing_in_every_form_and_layout(benched):
