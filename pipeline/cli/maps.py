@@ -259,11 +259,18 @@ def report(
         tuple[str, str] | None,
         typer.Option(metavar="FIRST SECOND", help="Two scenarios: how the second differs from the first."),
     ] = None,
+    maps: Annotated[
+        bool, typer.Option("--maps", help="Write the maps of `pipeline hazard` to OUT/hazard too.")
+    ] = False,
 ) -> None:
     """Write one page about a place: findings, maps, runs to look at and to ask; it needs no network."""
     from pipeline.cli.display import working
+    from pipeline.store.storage import at_hand
 
-    with exit_on_errors(reading=True), working("report"):
+    with exit_on_errors(reading=True), working("report") as told:
+        if maps:
+            beside = at_hand(out / "hazard")
+            pipeline.hazard_maps(out, to=beside, emulate=emulate, tell=told.line, warn=told.warning)
         head = {"title": title, "author": author, "client": client, "date": date}
         page = pipeline.write_report(out, to, run=run, emulate=emulate, compare=compare, **head)
     typer.echo(str(page))

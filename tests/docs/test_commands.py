@@ -53,7 +53,8 @@ SMALL = {
     "torrent": (
         *(
             ("points: {spacing: 4}", "points: {spacing: 16}"),
-            ("count: 12", "count: 2"),
+            ("count: 67", "count: 2"),
+            ("count: 8", "count: 2"),
             ("count: 6", "count: 2"),
         ),
         ("end: 1800, output_every: 60", "end: 60, output_every: 60"),
@@ -72,7 +73,7 @@ SLOW_MODULES = (
     *("solver.verification.inflow_cases", "solver.verification.bank_cases"),
     *("pipeline.studies.convergence", "pipeline.studies.torrent_terrain", "pipeline.studies.emulation"),
     *("solver.verification.erosion_cases", "pipeline.studies.peers", "pipeline.studies.large_terrain"),
-    *("pipeline.studies.gallery", "pipeline.studies.pages"),
+    *("pipeline.studies.gallery", "pipeline.studies.pages", "pipeline.studies.kernels"),
 )
 
 
