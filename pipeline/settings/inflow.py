@@ -90,8 +90,8 @@ class Inflow(Section):
     )
     hydrograph: AnyHydrograph = key("discharge over time")
     depth: NormalOrDepth | None = key(
-        "`normal` for the depth of uniform flow down the bed at the section, with friction by voellmy, "
-        "chezy, manning or obrien; or the largest depth of the section. Default: `normal`, unless froude or "
+        "`normal` for the depth of uniform flow down the bed at the section, with any law of friction but "
+        "coulomb and edwards; or the largest depth of the section. Default: `normal`, unless froude or "
         "speed is given",
         "m",
         None,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
@@ -10,15 +9,11 @@ import numpy as np
 
 from solver.arrays import Array
 from solver.inflow.hydrograph import Hydrograph
+from solver.inflow.uniform_flow import DEPTHS, law_along, table_of
 from solver.physics.friction import Friction
-from solver.physics.resistance import DryTurbulent, Quadratic
+from solver.physics.resistance import Inertial
 
 Line = tuple[tuple[float, float], ...]
-# Resistance of the bed over density and depth, m s-2, by speed (m s-1) and depth (m).
-Resistance = Callable[[Array, Array], Array]
-# Depths of a table, m: between them log q is linear in log h, which is exact for powers.
-DEPTHS = np.geomspace(1e-6, 1e3, 451)
-_HALVINGS, _LEAST, _MOST = 200, 1e-9, 1e6
 
 
 @dataclass(frozen=True)
@@ -111,64 +106,6 @@ def _interpolated(x: Array, y: Array, at: Array | float) -> Array:
     return np.asarray(y[i] + (at - x[i]) / (x[i + 1] - x[i]) * (y[i + 1] - y[i]))
 
 
-def resistance_of(
-    friction: Friction, normal: float, gravity: float, zones: tuple[tuple[Friction, float], ...] = ()
-) -> Resistance | None:
-    """Resistance of a law of friction by speed and depth; None where no normal depth is found by it.
-
-    That is so of laws that do not grow with speed, and of viscoplastic and inertial ones. Zones count with
-    their shares, as they do in a cell.
-
-    Parameters
-    ----------
-    normal, gravity : float
-        g cos of the slope, and g, m s-2.
-    zones : tuple of (Friction, float)
-        As those of an `Inflow`.
-    """
-    mean = np.zeros(len(Quadratic._fields))
-    for law, share in ((friction, 1.0 - sum(share for _, share in zones)), *zones):
-        held = law.resistance(gravity)
-        if isinstance(held, DryTurbulent):
-            held = Quadratic(tangent=held.tangent, drag=held.drag)
-        if not isinstance(held, Quadratic):
-            return None
-        mean += share * np.array(held)
-    tangent, cohesion, yield_stress, viscous, drag, rough = mean.tolist()
-    if viscous + drag + rough == 0.0:
-        return None
-
-    def found(s: Array, h: Array) -> Array:
-        held = (1.0 - tangent) * cohesion * -np.expm1(-h * normal / cohesion) if cohesion > 0 else 0.0
-        turbulent = drag * s * s / h + rough * s * s / h ** (4 / 3)
-        return np.asarray(tangent * normal + (held + yield_stress) / h + viscous * s / h**2 + turbulent)
-
-    return found
-
-
-def uniform_speed(resistance: Resistance, depths: Array, drive: float) -> Array:
-    """Speed of uniform flow, where resistance balances gravity; same shape as ``depths``, m s-1.
-
-    NaN where the bed holds the flow, or nothing does below 1e6 m s-1.
-
-    Parameters
-    ----------
-    resistance : callable
-        As `resistance_of` gives it; it must grow with speed.
-    depths : array
-        m.
-    drive : float
-        Gravity along the bed, g sin of the slope, m s-2.
-    """
-    low, high = np.full(depths.shape, np.log(_LEAST)), np.full(depths.shape, np.log(_MOST))
-    flows = (resistance(np.exp(low), depths) < drive) & (resistance(np.exp(high), depths) > drive)
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (low + high)
-        slower = resistance(np.exp(middle), depths) < drive
-        low, high = np.where(slower, middle, low), np.where(slower, high, middle)
-    return np.where(flows, np.exp(0.5 * (low + high)), np.nan)
-
-
 def rating_of(inflow: Inflow, friction: Friction, along: float, normal: float, gravity: float) -> Rating:
     """Give depth and unit discharge at a section.
 
@@ -195,18 +132,17 @@ def rating_of(inflow: Inflow, friction: Friction, along: float, normal: float, g
         assert inflow.depth is not None
         # what is known of the shares is that of the table
         return Rating(rating.log_depth, rating.log_discharge, float(inflow.depth))
-    resistance = resistance_of(friction, normal, gravity, inflow.zones)
-    if resistance is None:
-        raise ValueError(
-            f"expected froude or speed at inflow {inflow.name}, as there is no normal depth with this law of "
-            "friction"
-        )
-    speed = uniform_speed(resistance, DEPTHS, along)
-    known = np.isfinite(speed)
-    if known.sum() < 2:
+    law = law_along(friction, gravity, inflow.zones)
+    asked = f"expected froude or speed at inflow {inflow.name}"
+    if law is None:
+        raise ValueError(f"{asked}, as there is no normal depth with this law of friction")
+    depths, speed = table_of(law, along, normal)
+    if len(depths) < 2:
         slope = np.degrees(np.arctan2(along, normal))
+        fast = isinstance(law, Inertial) and along > law.mu_1 * normal
+        why = "no speed is enough for friction to balance gravity" if fast else "friction holds the flow"
         raise ValueError(
-            f"expected froude or speed at inflow {inflow.name}, as the bed falls by {slope:.3g} degrees "
-            "there, where friction holds the flow and there is no normal depth"
+            f"{asked}, as the bed falls by {slope:.3g} degrees there, where {why} and there is no normal "
+            "depth"
         )
-    return Rating(np.log(DEPTHS[known]), np.log((speed * DEPTHS)[known]))
+    return Rating(np.log(depths), np.log(speed * depths))

@@ -16,7 +16,7 @@ from solver.arrays import Array
 from solver.inflow.conditions import Inflow, Section
 from solver.inflow.hydrograph import Hydrograph
 from solver.physics.constants import GRAVITY
-from solver.physics.friction import Coulomb, Voellmy, friction_angle
+from solver.physics.friction import Coulomb, Friction, Voellmy, friction_angle
 from solver.physics.terrain import Plane
 from solver.points.cloud import PointCloud, random_points
 from solver.points.lattice import Lattice
@@ -45,7 +45,7 @@ def voellmy(coefficient: float, turbulent_friction: float) -> Voellmy:
 
 def fed(
     slope: float,
-    friction: Coulomb,
+    friction: Friction,
     discharge: float,
     *,
     spacing: float = 1.0,

@@ -1,5 +1,6 @@
 """Inflow through sections against exact cases: volumes, normal depth, steady profiles, an unsteady front."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -7,10 +8,24 @@ import pytest
 from sections import DISCHARGE, slow_depth, slow_inflow
 
 import solver
-from solver.inflow.conditions import DEPTHS, resistance_of, uniform_speed
+from solver.inflow.conditions import Inflow, rating_of
 from solver.inflow.entrance import entrance
+from solver.inflow.hydrograph import Hydrograph
+from solver.inflow.uniform_flow import DEPTHS, law_along, table_of, uniform_speed
+from solver.kernels.friction import resistance
 from solver.physics.constants import GRAVITY as G
-from solver.physics.friction import Bingham, Chezy, Manning, OBrien
+from solver.physics.friction import (
+    Bingham,
+    Chezy,
+    Coulomb,
+    Edwards,
+    Friction,
+    HerschelBulkley,
+    Manning,
+    OBrien,
+    Pouliquen,
+    Voellmy,
+)
 from solver.verification.inflow_cases import (
     fed,
     front_errors,
@@ -20,6 +35,19 @@ from solver.verification.inflow_cases import (
     zone_errors,
 )
 
+BINGHAM = Bingham(1000.0, 100.0, density=2000.0)
+HERSCHEL = HerschelBulkley(1000.0, 500.0, 1 / 3, 2000.0)
+BEADS = Pouliquen((21.0, 30.7), 0.136, 0.65e-3)
+# laws that hold thin layers, each on a slope in degrees
+YIELDING = [
+    (BINGHAM, 10),
+    (replace(BINGHAM, form="linear", factor=1.5), 10),
+    (HERSCHEL, 10),
+    (replace(HERSCHEL, flow_index=1.5), 3),
+    (OBrien(1000.0, 100.0, 0.05, 24.0, 2000.0), 10),
+    (Voellmy(4.0, 300.0, 1000.0, 2000.0), 15),
+    (replace(BEADS, gamma=0.77), 25),
+]
 RISE = solver.Hydrograph(np.array([0.0, 5.0, 20.0]), np.array([0.0, 10.0, 0.0]))
 
 
@@ -71,18 +99,110 @@ def test_normal_depth_by_other_laws(slope, friction, speed, close):
     assert made.rating.depth(2 * speed) == pytest.approx(2.0, rel=close)
 
 
-def test_a_law_without_a_normal_depth_is_refused():
-    scene = fed(10, Bingham(density=2000, yield_stress=1000, viscosity=100), 5, depth="normal")
-    with pytest.raises(ValueError, match="no normal depth with this law"):
-        solver.simulate(scene, [0, 1])
+def named(value):
+    if isinstance(value, tuple):
+        return f"{type(value[0]).__name__}, {value[1]}"
+    return type(value).__name__ if isinstance(value, Friction) else None
+
+
+def normally():
+    hydrograph = Hydrograph(np.array([0.0, 1.0]), np.array([1.0, 1.0]))
+    return Inflow("apex", ((0.0, 0.0), (0.0, 1.0)), hydrograph, "normal")
+
+
+@pytest.mark.parametrize("law", YIELDING, ids=named)
+def test_the_normal_depth_is_where_the_resistance_of_the_kernel_balances_gravity(law):
+    """Of every law that holds thin layers, from a millionth above the depth that it holds on."""
+    friction, slope = law
+    along, normal = G * np.sin(np.radians(slope)), G * np.cos(np.radians(slope))
+    depths, speeds = table_of(law_along(friction, G), along, normal)
+    some = slice(0, -1, 100)
+    balanced = [
+        resistance(friction.resistance(G), s, h, normal)
+        for s, h in zip(speeds[some], depths[some], strict=True)
+    ]
+    np.testing.assert_allclose(balanced, along, rtol=1e-11)
+    held = depths[0] / (1 + 1e-6)
+    assert np.isnan(
+        uniform_speed(law_along(friction, G), np.array([held * (1 - 1e-12)]), along, normal)
+    ).all()
+    # the depth of a discharge, between the depths of the table
+    rating = rating_of(normally(), friction, along, normal, G)
+    for times in (1.0001, 1.013, 1.5, 2.0, 7.7, 40.0):
+        depth = np.array([times * held])
+        speed = uniform_speed(law_along(friction, G), depth, along, normal)
+        assert rating.depth(float((speed * depth)[0])) == pytest.approx(float(depth[0]), rel=2e-5)
+
+
+@pytest.mark.parametrize(
+    ("slope", "friction", "depth", "speed"),
+    [
+        (10, BINGHAM, 1, 6.50018),
+        (10, BINGHAM, 2, 35.4982),
+        (10, replace(BINGHAM, form="linear", factor=1.5), 1, 6.35659),
+        (10, replace(BINGHAM, form="linear"), 1, 8.02326),
+        (10, HERSCHEL, 1, 16.9197),
+        (10, replace(HERSCHEL, flow_index=1 / 2), 1, 4.49350),
+        (24, BEADS, 0.01, 0.258783),
+    ],
+    ids=named,
+)
+def test_normal_depth_by_laws_that_hold_thin_layers(slope, friction, depth, speed):
+    scene = fed(slope, friction, depth * speed, depth="normal")
+    made = entrance(scene.inflows[0], scene.points, scene.terrain, friction, G)
+    assert made.rating.depth(depth * speed) == pytest.approx(depth, rel=1e-5)
+
+
+def test_the_normal_depth_of_grains_is_a_power_of_the_discharge():
+    """``q = beta h^(5/2) sqrt(g cos)/h_stop`` without a shift: the first table is exact."""
+    xi = np.radians(24)
+    stop = 0.65e-3 * (np.tan(np.radians(30.7)) - np.tan(xi)) / (np.tan(xi) - np.tan(np.radians(21)))
+    rating = rating_of(normally(), BEADS, G * np.sin(xi), G * np.cos(xi), G)
+    for depth in (0.002, 0.0123, 0.3):
+        discharge = 0.136 * depth**2.5 * np.sqrt(G * np.cos(xi)) / stop
+        assert rating.depth(discharge) == pytest.approx(depth, rel=1e-12)
+
+
+def test_zones_of_a_yield_stress_count_with_their_shares_of_a_section():
+    weak, strong = replace(BINGHAM, yield_stress=500), replace(BINGHAM, yield_stress=1500)
+    gravity = G * np.sin(0.2), G * np.cos(0.2), G
+    mixed = rating_of(replace(normally(), zones=((strong, 0.5),)), weak, *gravity)
+    assert mixed.depth(7.0) == pytest.approx(rating_of(normally(), BINGHAM, *gravity).depth(7.0), rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("friction", "slope", "why"),
+    [
+        (Coulomb(8), 10, "no normal depth with this law"),
+        (Edwards((12, 26, 15), 0.136, 0.5, 0.136), 20, "no normal depth with this law"),
+        (BEADS, 20, "falls by 20 degrees there, where friction holds the flow"),
+        (BEADS, 31, "falls by 31 degrees there, where no speed is enough for friction to balance gravity"),
+    ],
+    ids=named,
+)
+def test_what_has_no_normal_depth_is_refused(friction, slope, why):
+    xi = np.radians(slope)
+    with pytest.raises(ValueError, match=why):
+        rating_of(normally(), friction, G * np.sin(xi), G * np.cos(xi), G)
+
+
+@pytest.mark.slow
+def test_bingham_flow_at_its_normal_depth_stays_uniform():
+    """Faster than its waves, so that depth and speed are those that come in."""
+    scene = fed(15, BINGHAM, 10, end=20, depth="normal")
+    run = solver.simulate(scene, [20.0])
+    depth = entrance(scene.inflows[0], scene.points, scene.terrain, BINGHAM, G).rating.depth(10)
+    _, inside = middle(scene, run.depth)
+    assert 10 / depth > np.sqrt(G * np.cos(np.radians(15)) * depth)
+    np.testing.assert_allclose(inside, depth, rtol=1e-6)
 
 
 def test_uniform_speed_is_found_from_the_resistance_alone():
     friction, xi = voellmy(0.1, 200), np.radians(20)
-    resistance = resistance_of(friction, G * np.cos(xi), G)
+    law, normal = law_along(friction, G), G * np.cos(xi)
     exact = np.sqrt(200 * DEPTHS * np.cos(xi) * (np.tan(xi) - 0.1))
-    assert uniform_speed(resistance, DEPTHS, G * np.sin(xi)) == pytest.approx(exact, rel=1e-12)
-    assert np.isnan(uniform_speed(resistance, DEPTHS, 0.09 * G * np.cos(xi))).all()
+    assert uniform_speed(law, DEPTHS, G * np.sin(xi), normal) == pytest.approx(exact, rel=1e-12)
+    assert np.isnan(uniform_speed(law, DEPTHS, 0.09 * normal, normal)).all()
 
 
 @pytest.mark.parametrize("at", [0.0, 10.0], ids=["boundary", "inside"])
