@@ -13,10 +13,10 @@ from pipeline.api.places import place_of
 from pipeline.errors import OptionError
 
 if TYPE_CHECKING:
-    import pandas as pd
     import xarray as xr
 
     from pipeline.api.places import Place
+    from pipeline.hazard.differences import Compared
 
 
 def hazard_maps(
@@ -66,7 +66,7 @@ def hazard_maps(
     FileNotFoundError
         If the place holds no store.
     OptionError
-        If a threshold or the spacing is not above 0.
+        If a threshold or the spacing is not above 0, or thresholds are given of what no scenario has.
     OSError
         If something cannot be written.
     """
@@ -121,10 +121,11 @@ def compare(
     speed: Sequence[float] | None = None,
     momentum_flux: Sequence[float] | None = None,
     pressure: Sequence[float] | None = None,
+    erosion_depth: Sequence[float] | None = None,
     spacing: float | None = None,
     pictures: bool = True,
     tell: Tell = silent,
-) -> tuple[xr.Dataset, pd.DataFrame]:
+) -> Compared:
     """Map and table how a second scenario differs from a first one, as with a dam and without it.
 
     Parameters
@@ -136,9 +137,9 @@ def compare(
     other : path, str or Results, optional
         The place of the second scenario.
     to : path, optional
-        Folder that maps and table are written to: NetCDF, PNG and CSV. By default nothing is written.
-    depth, speed, momentum_flux, pressure : sequence of float, optional
-        Thresholds (m, m s-1, m3 s-2, kPa) in place of those of the scenarios.
+        Folder that maps and tables are written to: NetCDF, PNG and CSV. By default nothing is written.
+    depth, speed, momentum_flux, pressure, erosion_depth : sequence of float, optional
+        Thresholds (m, m s-1, m3 s-2, kPa, m) in place of those of the scenarios.
     spacing : float, optional
         Of the lattice that clouds are brought to, m, which they need.
     pictures : bool
@@ -148,8 +149,9 @@ def compare(
 
     Returns
     -------
-    Dataset, DataFrame
-        Maps of the second less the first, and a row a receptor and quantity; with bounds.
+    Compared
+        ``maps`` of the second less the first, ``receptors``, a row a receptor and quantity, and ``sections``,
+        a row a section and quantity; with bounds.
 
     Raises
     ------
@@ -158,7 +160,8 @@ def compare(
     ValueError
         If the scenarios do not have the same cells, thresholds and events.
     OptionError
-        If a threshold or the spacing is not above 0, or a scenario is compared with itself.
+        If a threshold or the spacing is not above 0, thresholds are given of what a scenario lacks, or one
+        is compared with itself.
     OSError
         If something cannot be written.
     """
@@ -166,19 +169,22 @@ def compare(
     from pipeline.hazard.map_files import write_differences
     from pipeline.hazard.netcdf import write
 
-    thresholds = checked_thresholds(depth=depth, speed=speed, momentum_flux=momentum_flux, pressure=pressure)
+    thresholds = checked_thresholds(
+        depth=depth, speed=speed, momentum_flux=momentum_flux, pressure=pressure, erosion_depth=erosion_depth
+    )
     if spacing is not None:
         positive("spacing", [spacing])
     if other is None and scenarios[0] == scenarios[1]:
         raise OptionError("scenarios", f"expected two scenarios, found '{scenarios[0]}' twice")
     places = place_of(out), place_of(out if other is None else other)
-    found, table = differences.compare(places, scenarios, thresholds, spacing)
+    compared = differences.compare(places, scenarios, thresholds, spacing)
+    found = compared.maps
     tell(f"{found.attrs['title']}: {found.attrs['comment']}")
     if to is not None:
         folder = Path(to)
         tell(str(write(found, folder, differences.FILE)))
-        if len(table):
-            tell(str(differences.write_table(table, folder)))
+        for path in differences.write_tables(compared, folder):
+            tell(str(path))
         for path in write_differences(found, folder, "-".join(scenarios)) if pictures else ():
             tell(str(path))
-    return found, table
+    return compared

@@ -14,7 +14,7 @@ from pipeline.assess.frames import DENSITY, densities, mean_spacing, on_surface,
 from pipeline.assess.gridding import gridded
 from pipeline.store.variables import CHOSEN_FOR, COMPUTED, RETURN_PERIOD, STATUS, WEIGHT, Status
 
-MAXIMA = ("max_depth", "max_speed", "max_momentum_flux", "arrival_time", "erosion_depth")
+MAXIMA = ("max_depth", "max_speed", "max_momentum_flux", "arrival_time", "erosion_depth", "bed_change")
 PLACES = ("x", "y", "elevation", "horizontal_distance", "building")
 # runs whose values, and whose comparisons with thresholds, are held at once
 RUNS_AT_ONCE = 16
@@ -208,7 +208,8 @@ def ensemble(store: xr.Dataset, spacing: float | None = None) -> xr.Dataset:
     Returns
     -------
     Dataset
-        Over ``run``, ``y`` and ``x``: the maxima and the arrival time that were kept, lazy; over ``run``:
+        Over ``run``, ``y`` and ``x``: the maxima, the arrival time and what was eroded, as far as they were
+        kept, lazy; over ``run``:
         ``status``, ``weight``, which sums to 1 over the planned runs, ``flow_density``, kg m-3, and where the
         scenario gives it ``return_period``, years; the places of the points.
 

@@ -156,11 +156,16 @@ def exceedance(field: xr.DataArray, thresholds: Sequence[float], runs: xr.Datase
 
 def mean_arrival(arrival: xr.DataArray, runs: xr.Dataset) -> xr.DataArray:
     """Give the weighted mean time of arrival, s, of the computed runs that arrive; missing without one."""
-    arrival = in_parts(arrival)
-    there = arrival.notnull() & computed(runs)
+    return mean_of(arrival, runs)
+
+
+def mean_of(field: xr.DataArray, runs: xr.Dataset) -> xr.DataArray:
+    """Give the weighted mean of the computed runs that have a value; missing without one."""
+    field = in_parts(field)
+    there = field.notnull() & computed(runs)
     held = _total(there, runs["weight"])
-    times = _total(arrival.where(there, 0.0), runs["weight"])
-    return times / held.where(held > 0)
+    total = _total(field.where(there, 0.0), runs["weight"])
+    return total / held.where(held > 0)
 
 
 def earliest_arrival(arrival: xr.DataArray, runs: xr.Dataset) -> xr.DataArray:
@@ -170,7 +175,7 @@ def earliest_arrival(arrival: xr.DataArray, runs: xr.Dataset) -> xr.DataArray:
     return found
 
 
-def quantiles(field: xr.DataArray, levels: Sequence[float], runs: xr.Dataset) -> Bounds:
+def quantiles(field: xr.DataArray, levels: Sequence[float], runs: xr.Dataset, least: float = 0.0) -> Bounds:
     """Give the smallest value that at least a share of the runs keeps to, for each share.
 
     Cells are taken in blocks, each read and sorted by itself, so that memory does not grow with the store.
@@ -178,18 +183,21 @@ def quantiles(field: xr.DataArray, levels: Sequence[float], runs: xr.Dataset) ->
     Parameters
     ----------
     field : DataArray
-        Over ``run``, ``y`` and ``x``, of a quantity that is not below 0.
+        Over ``run``, ``y`` and ``x``.
     levels : sequence of float
         Shares, above 0 and at most 1.
     runs : Dataset
         The ensemble.
+    least : float
+        What no value of the quantity is below; -inf of one that grows and falls, of which censored runs may
+        have had less too.
 
     Returns
     -------
     dict of str to DataArray
         Over ``quantile``, ``y`` and ``x``. ``""``, that of the computed runs, missing where there is none;
-        ``_lower`` and ``_upper``, that of all planned runs if unknown values are 0, and if they and those of
-        censored runs are above all others, missing where it is then above all.
+        ``_lower`` and ``_upper``, that of all planned runs if unknown values are the least, and if they and
+        those of censored runs are above all others, missing where it is then infinite.
     """
     known, settled = computed(runs).to_numpy(), (computed(runs) & ~censored(runs)).to_numpy()
     weight = runs["weight"].to_numpy()
@@ -207,8 +215,10 @@ def quantiles(field: xr.DataArray, levels: Sequence[float], runs: xr.Dataset) ->
         if settled.all() and not missing.any():
             found["_lower"][:, block] = found["_upper"][:, block] = found[""][:, block]
             continue
-        found["_lower"][:, block] = _quantiles(np.where(missing, 0, values), weight, levels)
         open_ended = missing | ~settled[:, None, None]
+        unknown = open_ended if np.isinf(least) else missing
+        lower = _quantiles(np.where(unknown, least, values), weight, levels)
+        found["_lower"][:, block] = np.where(np.isinf(lower), np.nan, lower)
         upper = _quantiles(np.where(open_ended, np.inf, values), weight, levels)
         found["_upper"][:, block] = np.where(np.isinf(upper), np.nan, upper)
     dims, coords = ("quantile", *field.dims[1:]), {"quantile": list(levels)}

@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 import pandas as pd
 import xarray as xr
+from numpy.typing import NDArray
 
 from pipeline.assess.ensemble import NotTogetherError, censored, counts, events_per_year, weights
 from pipeline.assess.probability import Bounded, Values
 from pipeline.assess.receptors import reached
 from pipeline.scenario.scenario import stored
 
+Array = NDArray[np.float64]
+# with its units
+Number = tuple[str, Bounded]
 # what a receptor that is not reached has none of
 QUANTITIES = {"max_depth": "m", "max_speed": "m s-1", "max_pressure": "kPa"}
-STATISTICS = {"median": 0.5, "largest": 1.0}
+MEDIAN, LARGEST, LOWEST = ("median", 0.5), ("largest", 1.0), ("lowest", 0.0)
+# there on erodible beds: units, the worst, and whether what was not seen may lower it
+ERODED = {"erosion_depth": ("m", LARGEST, False), "bed_change": ("m", LOWEST, True)}
 
 
 def receptor_differences(first: xr.Dataset, second: xr.Dataset) -> pd.DataFrame:
@@ -31,9 +37,10 @@ def receptor_differences(first: xr.Dataset, second: xr.Dataset) -> pd.DataFrame:
     DataFrame
         A row a receptor and quantity: the probability that it is reached, its annual rate where there are
         return periods, and the median and the largest depth, speed and pressure of all runs, 0 of those that
-        do not reach it. Columns ``first``, ``second`` and ``difference`` (second less first), each with
-        ``_lower`` and ``_upper``, which hold whatever runs are missing; how many runs are behind them. Empty
-        where neither has receptors.
+        do not reach it; where both have erodible beds, the median and the largest depth of erosion, and the
+        median and the lowest change of the ground. Columns ``first``, ``second`` and ``difference`` (second
+        less first), each with ``_lower`` and ``_upper``, which hold whatever runs are missing; how many runs
+        are behind them. Empty where neither has receptors.
 
     Raises
     ------
@@ -46,56 +53,122 @@ def receptor_differences(first: xr.Dataset, second: xr.Dataset) -> pd.DataFrame:
         {each.name: each.model_dump() for each in stored(store.attrs).places} for store in (first, second)
     ]
     shared = [name for name, place in places[0].items() if places[1].get(name) == place]
-    titles = [str(store.attrs["title"]) for store in (first, second)]
     if any(places) and not shared:
+        titles = [str(store.attrs["title"]) for store in (first, second)]
         raise NotTogetherError(f"{titles[0]} and {titles[1]} have no receptor in common")
     by_run = [reached(store) for store in (first, second)]
-    runs = {
-        f"runs_{what}_{end}": getattr(counts(store), what)
-        for end, store in (("first", first), ("second", second))
-        for what in ("planned", "done", "failed", "pending", "overrun", "cut_off")
-    }
-    rows = []
+    rows: list[dict[str, object]] = []
     for name in shared:
         found = [
             dict(_quantities(store, table[table["receptor"] == name]))
             for store, table in zip((first, second), by_run, strict=True)
         ]
-        for quantity in found[0]:
-            (units, before), (_, after) = found[0][quantity], found[1][quantity]
-            row: dict[str, object] = {"receptor": name, "quantity": quantity, "units": units}
+        rows += rows_of({"receptor": name}, (first, second), found)
+    return pd.DataFrame(rows)
+
+
+def rows_of(
+    place: Mapping[str, str], stores: Sequence[xr.Dataset], found: Sequence[Mapping[str, Number]]
+) -> Iterator[dict[str, object]]:
+    """Give a row for each quantity of a place that two scenarios have.
+
+    Parameters
+    ----------
+    place : mapping
+        Its columns.
+    stores : sequence of Dataset
+        Stores of the first and of the second scenario.
+    found : sequence of mapping
+        Numbers of each by quantity, with their units.
+    """
+    runs = {
+        f"runs_{what}_{end}": getattr(counts(store), what)
+        for end, store in zip(("first", "second"), stores, strict=True)
+        for what in ("planned", "done", "failed", "pending", "overrun", "cut_off")
+    }
+    titles = {
+        f"{end}_scenario": str(s.attrs["title"]) for end, s in zip(("first", "second"), stores, strict=True)
+    }
+    one, other = found
+    for quantity in one:
+        if quantity in other:
+            (units, before), (_, after) = one[quantity], other[quantity]
+            row: dict[str, object] = {**place, "quantity": quantity, "units": units}
             numbers = {"first": before, "second": after, "difference": difference(before, after)}
             for end, number in numbers.items():
                 row |= _ends(end, number)
-            rows.append({**row, "first_scenario": titles[0], "second_scenario": titles[1], **runs})
-    return pd.DataFrame(rows)
+            yield {**row, **titles, **runs}
 
 
 def difference(before: Bounded, after: Bounded) -> Bounded:
     """Give the difference of two numbers that are each known to lie between bounds."""
-    return Bounded(after.lower - before.upper, after.estimate - before.estimate, after.upper - before.lower)
+    # of two that never come there is none
+    with np.errstate(invalid="ignore"):
+        return Bounded(
+            after.lower - before.upper, after.estimate - before.estimate, after.upper - before.lower
+        )
 
 
-def _quantities(store: xr.Dataset, rows: pd.DataFrame) -> Iterator[tuple[str, tuple[str, Bounded]]]:
-    """Give the numbers of a receptor by name, each with its units."""
-    weight, open_ended = weights(store), censored(store).to_numpy()
+def chances(store: xr.Dataset, arrives: Array) -> Iterator[tuple[str, Number]]:
+    """Give the probability that something arrives, and its annual rate where there are return periods.
+
+    Parameters
+    ----------
+    store : Dataset
+        A scenario's store.
+    arrives : (runs,) array
+        1 where it does and 0 where it does not, missing of a run that is not known.
+    """
+    weight = weights(store)
     nothing = np.zeros(len(weight), bool)
-    arrives = rows["reached"].to_numpy(np.float64, na_value=np.nan)
-    probability = Values(arrives, weight, open_ended, nothing).exceedance(0.5)
+    probability = Values(arrives, weight, censored(store).to_numpy(), nothing).exceedance(0.5)
     yield "probability", ("1", probability)
     frequency = events_per_year(store)
     if frequency is not None:
         ends = (probability.lower, probability.estimate, probability.upper)
         yield "annual_rate", ("year-1", Bounded(*(end * frequency for end in ends)))
+
+
+def _quantities(store: xr.Dataset, rows: pd.DataFrame) -> Iterator[tuple[str, Number]]:
+    """Give the numbers of a receptor by name, each with its units."""
+    weight, open_ended = weights(store), censored(store).to_numpy()
+    nothing = np.zeros(len(weight), bool)
+    arrives = rows["reached"].to_numpy(np.float64, na_value=np.nan)
+    yield from chances(store, arrives)
     for name, units in QUANTITIES.items():
         values = np.where(arrives == 0, 0.0, rows[name].to_numpy(np.float64, na_value=np.nan))
-        known = np.flatnonzero(np.isfinite(values))
-        computed = Values(values[known], weight[known], nothing[known], nothing[known])
-        for word, level in STATISTICS.items():
-            bounds = Values(values, weight, open_ended, nothing).quantile(level)
-            estimate = computed.quantile(level).estimate if known.size else np.array(np.nan)
-            number = Bounded(bounds.lower, estimate, bounds.upper)
-            yield f"{word}_{name.removeprefix('max_')}", (units, number)
+        held = Values(values, weight, open_ended, nothing)
+        for word, level in (MEDIAN, LARGEST):
+            yield f"{word}_{name.removeprefix('max_')}", (units, quantile(held, level))
+    for name, (units, worst, may_be_less) in ERODED.items():
+        if name in rows:
+            # what has gone farther may have filled what was seen to be eroded
+            held = Values(rows[name].to_numpy(np.float64), weight, open_ended, open_ended & may_be_less)
+            for word, level in (MEDIAN, worst):
+                yield f"{word}_{name}", (units, quantile(held, level))
+
+
+def quantile(held: Values, level: float, as_computed: Array | None = None) -> Bounded:
+    """Give a quantile of the runs that are known, with the bounds of all planned ones.
+
+    `Values.quantile` has no estimate where a bound is infinite.
+
+    Parameters
+    ----------
+    held : Values
+        The quantity.
+    level : float
+        Share of the runs that keep to the value.
+    as_computed : (runs,) array, optional
+        What the estimate is of, where that differs from the bounds.
+    """
+    value = held.value if as_computed is None else as_computed
+    known = np.flatnonzero(~np.isnan(value))
+    nothing = np.zeros(known.size, bool)
+    bounds = held.quantile(level)
+    some = Values(value[known], held.weight[known], nothing, nothing)
+    estimate = some.quantile(level).estimate if known.size else np.array(np.nan)
+    return Bounded(bounds.lower, estimate, bounds.upper)
 
 
 def _ends(name: str, number: Bounded) -> dict[str, float]:

@@ -16,7 +16,7 @@ from pipeline.assess.frames import densities, plan_area, pressure, space
 from pipeline.scenario.scenario import stored
 from pipeline.settings.receptor import Receptor
 from pipeline.settings.section import Pair
-from pipeline.store.variables import STATUS, Status
+from pipeline.store.variables import ERODED, STATUS, Status
 
 Array = NDArray[np.float64]
 
@@ -110,8 +110,10 @@ def reached(store: xr.Dataset) -> pd.DataFrame:
     DataFrame
         A row for each receptor and run: ``scenario``, ``run``, ``status``, ``receptor``, ``reached``,
         ``max_depth`` (m), ``max_speed`` (m s-1), ``max_pressure`` (dynamic pressure, density times speed
-        squared, kPa), ``arrival_time`` (s). The largest of its cells, and the first arrival. What was not
-        computed is missing. Empty where the scenario has no receptors.
+        squared, kPa), ``arrival_time`` (s). The largest of its cells, and the first arrival. Where the store
+        has them ``erosion_depth`` (m, at least 0), the largest of its cells, and ``bed_change`` (m, below 0
+        where the ground has fallen), the mean over their area in plan. What was not computed is missing.
+        Empty where the scenario has no receptors.
 
     Raises
     ------
@@ -127,6 +129,7 @@ def reached(store: xr.Dataset) -> pd.DataFrame:
     states = store[STATUS.name].to_numpy()
     known = computed(store).to_numpy()
     cells = Cells(store) if receptors else None
+    eroded = [name for name in ERODED if name in store]
     tables = []
     for receptor in receptors:
         assert cells is not None
@@ -146,12 +149,32 @@ def reached(store: xr.Dataset) -> pd.DataFrame:
                     **largest,
                     "max_pressure": pressure(speed, density),
                     "arrival_time": np.where(known, arrival, np.nan),
+                    **{name: np.where(known, _eroded(name, store, at), np.nan) for name in eroded},
                 }
             )
         )
         tables[-1].loc[~known, "reached"] = pd.NA
-    columns = ["scenario", "run", "status", "receptor", "reached", *FIELDS[:2], "max_pressure", FIELDS[2]]
+    columns = [
+        "scenario",
+        "run",
+        "status",
+        "receptor",
+        "reached",
+        *FIELDS[:2],
+        "max_pressure",
+        FIELDS[2],
+        *eroded,
+    ]
     return pd.concat(tables, ignore_index=True) if tables else pd.DataFrame(columns=columns)
+
+
+def _eroded(name: str, store: xr.Dataset, at: xr.DataArray) -> Array:
+    """Depth of erosion, or change of the ground, at the cells of a receptor in each run, shape (runs,), m."""
+    held = _over(store[name], store, at)
+    if name == "erosion_depth":
+        return np.asarray(held.max("cell"))
+    area = np.broadcast_to(plan_area(store), [store.sizes[d] for d in space(store)]).ravel()[at.to_numpy()]
+    return np.asarray(held.weighted(xr.DataArray(area, dims="cell")).mean("cell"))
 
 
 def _over(field: xr.DataArray, store: xr.Dataset, at: xr.DataArray) -> xr.DataArray:

@@ -43,7 +43,15 @@ PEAKS = ("affected_area", "peak_depth", "peak_speed")
 QUANTITIES = (*REACH, *AT_MOST, *DEPOSIT, *EROSION, *PEAKS, "lifted_share", "rest_time")
 # what has a meaning on profiles alone, or on elevation models alone
 ON_PROFILE, ON_SURFACE = ("deposit_length", "deposit_width"), ("lowest_elevation", "lifted_share")
-AT_RECEPTORS = ("max_depth", "max_speed", "max_pressure", "arrival_time")
+# at receptors, with what the most severe is called and the share of the runs that keep to it
+AT_RECEPTORS = {
+    "max_depth": ("largest", 1.0),
+    "max_speed": ("largest", 1.0),
+    "max_pressure": ("largest", 1.0),
+    "arrival_time": ("first", 0.0),
+    "erosion_depth": ("largest", 1.0),
+    "bed_change": ("lowest", 0.0),
+}
 SHARES = (0.05, 0.5, 0.95)
 NAMES = tuple(f"q{100 * share:02.0f}" for share in SHARES)
 DISTANCES = 41
@@ -346,13 +354,14 @@ def _at_receptor(store: xr.Dataset, rows: pd.DataFrame, period: Period | None = 
     row: dict[str, Any] = _columns(
         Values(arrives, weight, open_ended, nothing).exceedance(0.5), ["probability"]
     )
-    for quantity in AT_RECEPTORS:
+    for quantity, (word, last) in AT_RECEPTORS.items():
+        if quantity not in rows:
+            continue
         there = np.flatnonzero(arrives == 1)
         of_runs = Values(rows[quantity].to_numpy(np.float64)[there], weight[there], *(nothing[there],) * 2)
         # the median, and the most severe of all
-        last = 0.0 if quantity == "arrival_time" else 1.0
         middle, worst = of_runs.quantile([0.5, last]).estimate if there.size else (np.nan, np.nan)
-        name_of_worst = f"{'largest' if last else 'first'}_{quantity.removeprefix('max_')}"
+        name_of_worst = f"{word}_{quantity.removeprefix('max_')}"
         row |= {f"median_{quantity}": middle, name_of_worst: worst}
     return row
 

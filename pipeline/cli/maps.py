@@ -157,13 +157,14 @@ def compare(
     speed: Thresholds = None,
     momentum_flux: Thresholds = None,
     pressure: Thresholds = None,
+    erosion_depth: Thresholds = None,
     spacing: Annotated[float | None, typer.Option(help="Of the lattice for clouds, m.")] = None,
     maps: Annotated[bool, typer.Option("--maps/--no-maps", help="Draw maps beside the NetCDF file.")] = True,
 ) -> None:
     """Map and table how two scenarios differ, as with a dam and without it.
 
-    The difference of shares of runs, of depth and pressure on maps and at receptors, each with bounds that
-    hold whatever runs are missing.
+    The difference of shares of runs, of depth, pressure and erosion on maps and at receptors, and of volume,
+    peak discharge and arrival at sections, each with bounds that hold whatever runs are missing.
     """
     from pipeline.cli.display import working
     from pipeline.store.storage import at_hand
@@ -180,6 +181,7 @@ def compare(
             speed=read_numbers("--speed", speed),
             momentum_flux=read_numbers("--momentum-flux", momentum_flux),
             pressure=read_numbers("--pressure", pressure),
+            erosion_depth=read_numbers("--erosion-depth", erosion_depth),
             spacing=spacing,
             pictures=maps,
             tell=told.line,

@@ -91,6 +91,8 @@ SCALES = {
     "momentum_flux": Scale("momentum flux", (0.1, 1.0, 5.0, 10.0, 50.0, 100.0, 500.0), "BuPu"),
     "pressure": Scale("dynamic pressure", (1.0, 3.0, 10.0, 30.0, 100.0, 300.0), "OrRd"),
 }
+# what grows and falls, coloured as differences are
+CHANGES = {"bed_change": "change of the ground's elevation"}
 TIMES = "viridis_r"
 OTHERS, DIFFERENCES = "YlGnBu", "RdBu_r"
 
@@ -164,7 +166,7 @@ def of_differences(name: str, units: str, reach: float) -> Style:
     reach : float
         Largest size of a difference.
     """
-    caption = f"difference, {name.replace('_', ' ')}"
+    caption = CHANGES.get(name) or f"difference, {name.replace('_', ' ')}"
     if units == "1":
         above = SCALES["share"].edges[1:]
         edges = (*(-edge for edge in reversed(above)), *above)

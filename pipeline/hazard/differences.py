@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -13,19 +14,41 @@ from pipeline.assess.ensemble import NotTogetherError, ensemble
 from pipeline.assess.frames import threshold_of
 from pipeline.assess.probability import BOUNDS
 from pipeline.assess.receptor_differences import receptor_differences
+from pipeline.assess.sections import section_differences, shared_sections
 from pipeline.gis.layer import Layer
 from pipeline.hazard.layers import layers
 from pipeline.hazard.mapping import map_hazard
+from pipeline.hazard.quantities import QUANTITIES, check_mapped, why_not
 from pipeline.scenario.scenario import stored
 from pipeline.store import run_table
 from pipeline.store.place import store_path
 from pipeline.store.storage import Location
 from pipeline.store.zarr_store import open_store
 
-FILE, TABLE, ENDING = "differences.nc", "receptor-differences.csv", "_difference"
+FILE, TABLE, SECTIONS = "differences.nc", "receptor-differences.csv", "section-differences.csv"
+ENDING = "_difference"
 # layers whose values can be taken from each other
 WORDS = {"share": "share", "rate": "events a year", "time": "time"}
-KINDS = (*WORDS, "value")
+KINDS = (*WORDS, "value", "difference")
+
+
+class Compared(NamedTuple):
+    """How a second scenario differs from a first one.
+
+    Attributes
+    ----------
+    maps
+        Over ``y`` and ``x``, for each map of shares, quantiles and means of `pipeline.hazard.mapping` the
+        second less the first under its name and ``_difference``, with ``_lower`` and ``_upper``.
+    receptors
+        The table of `pipeline.assess.receptor_differences`.
+    sections
+        That of `pipeline.assess.sections`.
+    """
+
+    maps: xr.Dataset
+    receptors: pd.DataFrame
+    sections: pd.DataFrame
 
 
 def compare(
@@ -33,7 +56,7 @@ def compare(
     names: tuple[str, str],
     thresholds: Mapping[str, tuple[float, ...]],
     spacing: float | None = None,
-) -> tuple[xr.Dataset, pd.DataFrame]:
+) -> Compared:
     """Map and table how a second scenario differs from a first one.
 
     Parameters
@@ -47,21 +70,18 @@ def compare(
     spacing : float, optional
         Of the lattice clouds are brought to, m.
 
-    Returns
-    -------
-    Dataset, DataFrame
-        Over ``y`` and ``x``, for each map of shares, quantiles and mean arrival of `pipeline.hazard.mapping`
-        the second less the first under its name and ``_difference``, with ``_lower`` and ``_upper``; and the
-        table of `pipeline.assess.receptor_differences`.
-
     Raises
     ------
     FileNotFoundError
         If there is no such scenario.
+    OptionError
+        If thresholds are given of what one of them has not.
     NotTogetherError
         If grids, thresholds, events or reference systems are not the same.
     """
     first, second = (open_store(store_path(place, name)) for place, name in zip(places, names, strict=True))
+    for store in (first, second):
+        check_mapped([store], thresholds)
     _check(first, second, spacing)
     settings = stored(first.attrs).hazard.model_copy(update=dict(thresholds))
     one, other = (map_hazard(ensemble(store, spacing), settings) for store in (first, second))
@@ -70,10 +90,11 @@ def compare(
     receptors = [stored(store.attrs).places for store in (first, second)]
     alike = {each.name: each for each in receptors[0]}
     shown = [each for each in receptors[1] if alike.get(each.name) == each]
-    return found.assign_attrs(
+    found = found.assign_attrs(
         Conventions="CF-1.12",
         title=f"{names[1]} less {names[0]}",
-        comment=f"{names[0]}: {one.attrs['comment']}; {names[1]}: {other.attrs['comment']}",
+        comment=f"{names[0]}: {one.attrs['comment']}; {names[1]}: {other.attrs['comment']}"
+        + _not_compared(first, second),
         first_scenario=names[0],
         second_scenario=names[1],
         density=one.attrs["density"],
@@ -82,20 +103,27 @@ def compare(
         georeference=_georeference(first),
         **({"crs": first.attrs["crs"]} if "crs" in first.attrs else {}),
         **({"events_per_year": one.attrs["events_per_year"]} if "events_per_year" in one.attrs else {}),
-    ), receptor_differences(first, second)
+    )
+    return Compared(found, receptor_differences(first, second), section_differences(first, second))
 
 
-def write_table(table: pd.DataFrame, folder: Path) -> Path:
-    """Write the table of receptors to a folder, made where it is missing.
+def write_tables(compared: Compared, folder: Path) -> list[Path]:
+    """Write the tables that have rows to a folder, made where it is missing; others that lie there go.
 
     Raises
     ------
     OSError
-        If it cannot be written.
+        If one cannot be written.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    run_table.write(table, folder / TABLE)
-    return folder / TABLE
+    written = []
+    for name, table in ((TABLE, compared.receptors), (SECTIONS, compared.sections)):
+        if len(table):
+            run_table.write(table, folder / name)
+            written.append(folder / name)
+        else:
+            (folder / name).unlink(missing_ok=True)
+    return written
 
 
 def difference_layers(found: xr.Dataset) -> Iterator[Layer]:
@@ -107,8 +135,23 @@ def difference_layers(found: xr.Dataset) -> Iterator[Layer]:
     for layer in layers(plain):
         if layer.kind in KINDS:
             name, title = f"{layer.name}{ENDING}", f"difference of the {layer.title}"
-            what = layer.quantity if layer.kind == "value" else WORDS[layer.kind]
+            what = WORDS.get(layer.kind) or layer.quantity.replace("_", " ")
             yield Layer(name, title, layer.units, "difference", layer.values, what)
+
+
+def _not_compared(first: xr.Dataset, second: xr.Dataset) -> str:
+    """Say which quantities only one of two stores has, and why."""
+    found: dict[str, list[str]] = {}
+    for quantity in QUANTITIES:
+        there = [quantity.field in store for store in (first, second)]
+        if there[0] != there[1]:
+            lacking = first if there[1] else second
+            found.setdefault(why_not(lacking, quantity), []).append(quantity.long_name)
+    told = [f"no {' and no '.join(names)} compared: {why}" for why, names in found.items()]
+    sections = [stored(store.attrs).sections for store in (first, second)]
+    if any(sections) and not shared_sections(first, second):
+        told.append("no sections compared: none has the same name and line in both")
+    return "".join(f"; {each}" for each in told)
 
 
 def _subtracted(one: xr.Dataset, other: xr.Dataset) -> xr.Dataset:

@@ -7,7 +7,8 @@ from collections.abc import Iterator, Sequence
 import xarray as xr
 
 from pipeline.assess.probability import BOUNDS
-from pipeline.gis.layer import ERROR, Layer
+from pipeline.gis.layer import ERROR, Kind, Layer
+from pipeline.gis.symbology import CHANGES
 from pipeline.readable import written
 
 EARLIEST = "earliest_arrival_time"
@@ -23,11 +24,15 @@ def layers(found: xr.Dataset) -> Iterator[Layer]:
             for i, level in enumerate(found["quantile"].to_numpy().tolist()):
                 title = f"{_words(quantity)} that {level:g} of the {_counted(found)} keep to"
                 units = found[name].attrs["units"]
+                kind: Kind = "difference" if quantity in CHANGES else "value"
                 values = {
                     bound: part.isel(quantile=i, drop=True)
                     for bound, part in _bounds(found, str(name)).items()
                 }
-                yield Layer(f"{name}_{level:g}", title, units, "value", values, quantity)
+                yield Layer(f"{name}_{level:g}", title, units, kind, values, quantity)
+        elif what == "mean" and quantity in CHANGES:
+            title, units = f"mean {_words(quantity)}", found[name].attrs["units"]
+            yield Layer(str(name), title, units, "difference", {"": found[name]}, quantity)
     if "arrival_share" in found:
         title = f"share of {_counted(found)} that arrive"
         yield Layer("arrival_share", title, "1", "share", _bounds(found, "arrival_share"))
@@ -93,5 +98,5 @@ def _bounds(found: xr.Dataset, name: str, endings: Sequence[str] = BOUNDS) -> di
 
 
 def _words(quantity: str) -> str:
-    words = {"pressure": "largest dynamic pressure", "erosion_depth": "depth of erosion"}
+    words = {"pressure": "largest dynamic pressure", "erosion_depth": "depth of erosion", **CHANGES}
     return words.get(quantity, f"largest {quantity.replace('_', ' ')}")

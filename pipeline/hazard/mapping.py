@@ -20,12 +20,21 @@ from pipeline.assess.probability import (
     earliest_arrival,
     exceedance,
     mean_arrival,
+    mean_of,
     quantiles,
     share,
 )
 from pipeline.hazard import intensity
 from pipeline.hazard.layers import EARLIEST
-from pipeline.hazard.quantities import ALWAYS, BOUND_NAMES, QUANTILE_NAMES, QUANTITIES, Quantity, values_of
+from pipeline.hazard.quantities import (
+    ALWAYS,
+    BOUND_NAMES,
+    QUANTILE_NAMES,
+    QUANTITIES,
+    SIGNED_NAMES,
+    Quantity,
+    values_of,
+)
 from pipeline.settings.hazard import Hazard
 from pipeline.store.variables import (
     BUILDING,
@@ -53,7 +62,7 @@ def map_hazard(runs: xr.Dataset, settings: Hazard) -> xr.Dataset:
     -------
     Dataset
         Loaded, over ``y`` and ``x``: ``<quantity>_exceedance`` by ``<quantity>_threshold``,
-        ``<quantity>_quantile`` by ``quantile``, ``arrival_share``, ``arrival_time``,
+        ``<quantity>_quantile`` by ``quantile``, ``bed_change_mean``, ``arrival_share``, ``arrival_time``,
         ``earliest_arrival_time``, ``intensity_exceedance`` by ``intensity_class``, ``intensity``, and with
         return periods ``hazard_level``. Bounds, classes and levels come with ``_lower`` and ``_upper``. What
         needs a maximum that was not kept is not there.
@@ -116,7 +125,7 @@ def without_buildings(found: xr.Dataset) -> xr.Dataset:
 def _quantity(quantity: Quantity, runs: xr.Dataset, settings: Hazard) -> xr.Dataset:
     """Map one quantity by its thresholds and quantiles."""
     dim = f"{quantity.name}_threshold"
-    thresholds = np.asarray(getattr(settings, quantity.name), np.float64)
+    thresholds = np.asarray([] if quantity.is_signed else getattr(settings, quantity.name), np.float64)
     found, field = xr.Dataset(), values_of(quantity, runs)
     if thresholds.size:
         found = _shares(
@@ -127,11 +136,20 @@ def _quantity(quantity: Quantity, runs: xr.Dataset, settings: Hazard) -> xr.Data
         about = {"long_name": f"threshold of the {quantity.long_name}", "units": quantity.units}
         found = found.assign_coords({dim: (dim, thresholds, about)})
     if thresholds.size or quantity.name in ALWAYS:
-        for bound, values in quantiles(field, settings.quantiles, runs).items():
-            name = f"quantile of the {quantity.long_name}{QUANTILE_NAMES[bound]}"
+        names = SIGNED_NAMES if quantity.is_signed else QUANTILE_NAMES
+        least = -np.inf if quantity.is_signed else 0.0
+        for bound, values in quantiles(field, settings.quantiles, runs, least).items():
+            name = f"quantile of the {quantity.long_name}{names[bound]}"
             about = {"long_name": name, "units": quantity.units}
             found[f"{quantity.name}_quantile{bound}"] = values.astype(np.float32).assign_attrs(about)
         found["quantile"].attrs = {"long_name": "share of runs that keep to the value", "units": "1"}
+    if quantity.is_signed:
+        mean = mean_of(field, runs).astype(np.float32).compute()
+        mean.attrs = {
+            "long_name": f"mean {quantity.long_name} over the computed runs",
+            "units": quantity.units,
+        }
+        found[f"{quantity.name}_mean"] = mean
     return found
 
 

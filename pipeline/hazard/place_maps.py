@@ -11,6 +11,7 @@ import xarray as xr
 
 from pipeline.assess.ensemble import NotTogetherError, ensemble, together
 from pipeline.hazard.mapping import map_hazard
+from pipeline.hazard.quantities import check_mapped
 from pipeline.hazard.release_outlines import release_outlines
 from pipeline.runs import profile_ends, surface_summary
 from pipeline.scenario.scenario import stored
@@ -47,6 +48,8 @@ def of_place(
         If the place holds no store.
     NotTogetherError
         After the single scenarios, if they cannot be laid over each other.
+    OptionError
+        If thresholds are given of what no scenario has.
     ValueError
         If a store's scenario is not known here.
     """
@@ -56,8 +59,10 @@ def of_place(
     releases: dict[str, list[Any]] = {}
     warnings: list[object] = []
     left_out = 0
-    for path in store_paths(out):
-        store = open_store(path)
+    paths = store_paths(out)
+    stores = [open_store(path) for path in paths]
+    check_mapped(stores, thresholds)
+    for path, store in zip(paths, stores, strict=True):
         name = str(store.attrs["title"])
         settings = stored(store.attrs)
         asked[name] = settings.hazard.model_copy(update=dict(thresholds))

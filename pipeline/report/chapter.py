@@ -52,7 +52,7 @@ LEVELLED: tuple[Callable[[xr.Dataset, xr.Dataset | None], Table | None], ...] = 
     *(receptors, receptor_periods, quantiles),
 )
 TABLES: tuple[Callable[[xr.Dataset], Table | None], ...] = (sections, volume_ledger, failures)
-FOLDED = ("share", "value", "class")
+FOLDED = ("share", "value", "class", "difference")
 
 
 @dataclass(frozen=True)

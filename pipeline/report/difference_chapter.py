@@ -8,10 +8,9 @@ from pathlib import Path
 from typing import Any
 
 import pandas as pd
-import xarray as xr
 
 from pipeline.gis.layer import Layer
-from pipeline.hazard.differences import difference_layers
+from pipeline.hazard.differences import Compared, difference_layers
 from pipeline.hazard.map_files import ground
 from pipeline.readable import written
 from pipeline.report.chapter import Chapter, anchor_of, picture
@@ -19,24 +18,31 @@ from pipeline.report.tables.table import Table, between, short
 
 # maps that are shown at once: of each quantity the first threshold, and the largest quantile of depth
 QUANTITIES = ("depth", "pressure")
-LARGEST = {"largest_depth": ("largest depth", "m"), "largest_pressure": ("largest dynamic pressure", "kPa")}
+LARGEST = {
+    "largest_depth": ("largest depth", "m"),
+    "largest_pressure": ("largest dynamic pressure", "kPa"),
+    "largest_erosion_depth": ("largest depth of erosion", "m"),
+}
 ENDS = ("first", "second", "difference")
 NOTE = (
     "The second less the first. Depths, speeds and pressures are of all runs, 0 of those that do not reach "
     "the receptor. Bounds are those of both carried through: they hold whatever missing runs would give."
 )
+OF_SECTIONS = (
+    "The second less the first, of all runs; what passed until the end of a run. A run that does not arrive "
+    "is later than all that do: the median arrival is missing where half of the runs do not."
+)
 
 
-def of_difference(found: xr.Dataset, table: pd.DataFrame) -> Chapter:
+def of_difference(compared: Compared) -> Chapter:
     """Put together the chapter of two scenarios.
 
     Parameters
     ----------
-    found : Dataset
-        Maps of the second less the first, of `pipeline.hazard.differences`.
-    table : DataFrame
-        What reaches their receptors, of the same.
+    compared : Compared
+        Maps and tables of the second less the first, of `pipeline.hazard.differences`.
     """
+    found, table, sections = compared
     first, second = (str(found.attrs[f"{each}_scenario"]) for each in ("first", "second"))
     frame = ground(found)
     listed = {layer.name: layer for layer in difference_layers(found)}
@@ -57,7 +63,10 @@ def of_difference(found: xr.Dataset, table: pd.DataFrame) -> Chapter:
         maps=shown,
         others=folded,
         findings=[*_findings(table, first, second)],
-        tables=[_receptors(table, first, second)] if len(table) else [],
+        tables=[
+            *([_receptors(table, first, second)] if len(table) else []),
+            *([_sections(sections, first, second)] if len(sections) else []),
+        ],
     )
 
 
@@ -108,18 +117,23 @@ def _receptors(table: pd.DataFrame, first: str, second: str) -> Table:
     reached = ((chances["first_upper"] > 0) | (chances["second_upper"] > 0)).to_dict()
     rows = []
     for row in table.to_dict("records"):
-        if not reached[row["receptor"]]:
-            continue
-        unit = written(str(row["units"]).replace("year-1", "a year"))
-        quantity = str(row["quantity"]).replace("_", " ")
-        rows.append(
-            [
-                str(row["receptor"]),
-                f"{quantity} ({unit})" if unit else quantity,
-                *(_bounded([row[f"{end}{bound}"] for bound in ("", "_lower", "_upper")]) for end in ENDS),
-            ]
-        )
+        if reached[row["receptor"]]:
+            rows.append([str(row["receptor"]), *_cells(row)])
     return Table("Receptors", ["receptor", "quantity", first, second, "difference"], rows, NOTE)
+
+
+def _sections(table: pd.DataFrame, first: str, second: str) -> Table:
+    """Table what passes sections."""
+    rows = [[str(row["section"]), *_cells(row)] for row in table.to_dict("records")]
+    return Table("Sections", ["section", "quantity", first, second, "difference"], rows, OF_SECTIONS)
+
+
+def _cells(row: Mapping[Hashable, Any]) -> list[str]:
+    """Give the quantity of a row with its units, and its numbers with their bounds."""
+    unit = written(str(row["units"]).replace("year-1", "a year"))
+    quantity = str(row["quantity"]).replace("_", " ")
+    numbers = (_bounded([row[f"{end}{bound}"] for bound in ("", "_lower", "_upper")]) for end in ENDS)
+    return [f"{quantity} ({unit})" if unit else quantity, *numbers]
 
 
 def _bounded(numbers: Sequence[float]) -> str:

@@ -80,7 +80,7 @@ def write_report(
     """
     if run is not None and not any(_has_frames(path, run) for path in store_paths(out)):
         raise ValueError(f"no scenario has frames of a run {run}")
-    chapters = [of_difference(*compare((out, out), compared, {}))] if compared else []
+    chapters = [of_difference(compare((out, out), compared, {}))] if compared else []
     note = ""
     emulated = dict(emulation.of_place(out, {})) if emulate else {}
     try:

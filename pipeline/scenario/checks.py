@@ -41,6 +41,7 @@ from pipeline.settings.settings import (
     Settings,
 )
 from pipeline.settings.structures import PLACE, place_of
+from pipeline.store.variables import ERODED
 from solver.physics.elevation import ElevationModel
 from solver.physics.terrain import SlopeProfile
 from solver.release.shapes import Release
@@ -542,6 +543,9 @@ def _left_out(settings: Settings) -> list[tuple[Path, str]]:
     needed = [name for name in FOR_RECEPTORS if name not in kept]
     if settings.places and needed:
         found.append((path, f"leaves out {', '.join(needed)}, without which receptors have no results"))
+    if settings.places and settings.erodible_bed is not None and not kept & {*ERODED}:
+        told = f"leaves out {' and '.join(ERODED)}: receptors will not say what is eroded there"
+        found.append((path, told))
     asked = settings.hazard.model_fields_set
     mapped = {"depth": "max_depth", "speed": "max_speed", "pressure": "max_speed"}
     mapped |= {"momentum_flux": "max_momentum_flux", "intensity": "max_depth"}

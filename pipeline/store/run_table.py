@@ -132,7 +132,7 @@ def _unit(column: str) -> str:
     """Find the unit of a column by its name, or by that of the quantity it is a statistic of."""
     if unit := UNITS.get(column):
         return unit
-    for prefix in ("median_", "largest_", "first_", "max_"):
+    for prefix in ("median_", "largest_", "lowest_", "first_", "max_"):
         if column.startswith(prefix):
             return _unit(column.removeprefix(prefix))
     return ""

@@ -130,7 +130,7 @@ def main() -> None:
     for name in MAPS:
         made += draw_place(given.results / name, name, given.docs / name)
     made += asyncio.run(draw_pages(given.results / "torrent", given.docs / "torrent"))
-    found, _ = compare((given.results / "dam",) * 2, DAM, {})
+    found = compare((given.results / "dam",) * 2, DAM, {}).maps
     held = {layer.name: layer for layer in difference_layers(found)}
     made.append(draw_map(held[DIFFERENCE], found, given.docs / "torrent" / "dam_difference.png"))
     for path in made:

@@ -3,10 +3,13 @@
 import numpy as np
 import pandas as pd
 import pytest
+from commands import pipeline as command
 from elevation_files import ROWS, SIDE, TEXT, ground, write_polygons, write_raster, written
 
 import pipeline
+from pipeline.hazard.differences import difference_layers
 from pipeline.hazard.layers import layers
+from pipeline.report.tables.receptors import sheets
 from pipeline.runs.runs import expand, share
 from pipeline.runs.scene_of_run import build_scene
 from pipeline.scenario.scenario import load
@@ -22,21 +25,27 @@ points: {spacing: 1}
 release: {shape: box, x: [4, 10], y: [-3, 3], height: 1}
 material: {density: 2000, bed_friction: 20, earth_pressure: isotropic}
 erodible_bed: {depth: 0.4, region: {x: [15, 40], y: [-4.5, 4.5]}, law: {model: growth-rate, growth: 0.03}}
-time: {end: 4, output_every: 1}
+time: {end: 6, output_every: 1}
+output: {threshold: 0.01}
+receptors:
+  - {name: pier, polygon: [[18, -2], [22, -2], [22, 2], [18, 2]]}
+  - {name: apart, point: [50, 5.5]}
 """
 BED = "erodible_bed: {polygons: bed.gpkg, law: {model: growth-rate, growth: 0.02}}\n"
 
 
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
-    """Runs over the erodible depth, the first with nothing to erode, and one without a bed."""
+    """Runs over the erodible depth, the first with nothing to erode, a slow law, and one without a bed."""
     folder = tmp_path_factory.mktemp("bed")
     swept = "sweep: {erodible_bed.depth: [0.0, 0.02, 0.4]}\n"
     bare = "".join(line + "\n" for line in PROFILE.splitlines() if "erodible" not in line)
-    for name, text in (("bed", PROFILE + swept), ("bare", bare.replace("name: bed", "name: bare"))):
-        (folder / f"{name}.yaml").write_text(text)
+    slow = PROFILE.replace("growth: 0.03", "growth: 0.01")
+    texts = {"bed": PROFILE + swept, "slow": slow + swept, "bare": bare}
+    for name, text in texts.items():
+        (folder / f"{name}.yaml").write_text(text.replace("name: bed", f"name: {name}"))
     out = folder / "results"
-    pipeline.run([folder / "bed.yaml", folder / "bare.yaml"], out, workers=1, quiet=True)
+    pipeline.run([folder / f"{name}.yaml" for name in texts], out, workers=1, quiet=True)
     return out
 
 
@@ -118,7 +127,8 @@ class TestStore:
             assert np.isfinite(failed["erosion_depth"]).all()
 
     def test_fields_that_are_not_asked_for_are_not_kept(self, tmp_path):
-        text = PROFILE + "output: {fields: [max_depth, deposit_depth, erosion_depth]}\n"
+        fields = "fields: [max_depth, max_speed, arrival_time, deposit_depth, erosion_depth]"
+        text = PROFILE.replace("output: {", f"output: {{{fields}, ")
         (tmp_path / "bed.yaml").write_text(text)
         pipeline.run(tmp_path / "bed.yaml", tmp_path / "out", workers=1, quiet=True)
         with open_store(tmp_path / "out" / "bed.zarr") as store:
@@ -153,6 +163,91 @@ class TestAssessment:
         titles = {layer.name: layer.title for layer in layers(maps["bed"])}
         assert titles["erosion_depth_above_0.1"] == "share of runs with a depth of erosion above 0.1 m"
         assert titles["erosion_depth_quantile_0.5"] == "depth of erosion that 0.5 of the runs keep to"
+
+    def test_maps_of_the_change_of_the_ground(self, results, store):
+        maps = pipeline.hazard_maps(results)
+        change = store["bed_change"].to_numpy().astype(float)
+        assert change.min() < -0.05 < 0.05 < change.max()
+        np.testing.assert_allclose(maps["bed"]["bed_change_mean"], change.mean(axis=0), rtol=1e-5, atol=1e-7)
+        # runs that are cut off may have filled or eroded more
+        known = np.isin(store["status"], (1, 3))
+        assert not known.any()
+        median = maps["bed"]["bed_change_quantile"].sel(quantile=0.5)
+        np.testing.assert_allclose(median, np.sort(change, axis=0)[1], rtol=1e-6)
+        for bound in ("_lower", "_upper"):
+            assert np.isnan(maps["bed"][f"bed_change_quantile{bound}"]).all()
+        assert "bed_change_mean" not in maps["bare"]
+        listed = {layer.name: layer for layer in layers(maps["bed"])}
+        shown = listed["bed_change_mean"]
+        assert shown.title == "mean change of the ground's elevation"
+        assert shown.style.caption == "change of the ground's elevation (m)"
+        assert shown.style.edges[0] == -shown.style.edges[-1] <= change.mean(axis=0).min()
+
+    def test_thresholds_of_erosion_without_an_erodible_bed_are_refused(self, results, tmp_path):
+        alone = tmp_path / "results"
+        alone.mkdir()
+        (alone / "bare.zarr").symlink_to(results / "bare.zarr")
+        shown = command("hazard", alone, "--erosion-depth", "0.5", "--no-maps")
+        assert shown.exit_code == 2
+        assert shown.stderr == "--erosion-depth: there is no depth of erosion: bare has no erodible_bed\n"
+        assert not (alone / "hazard").exists()
+        for names in (("bed", "bare"), ("bare", "bed")):
+            with pytest.raises(pipeline.OptionError, match="there is no depth of erosion: bare has no erodi"):
+                pipeline.compare(results, names, erosion_depth=[0.1])
+
+    def test_receptors_are_told_what_was_eroded_there(self, results, store):
+        rows = pipeline.assessment_tables(results)["receptor-runs"]
+        pier = rows[(rows["scenario"] == "bed") & (rows["receptor"] == "pier")].sort_values("run")
+        inside = (abs(store["x"] - 20) < 2.5) & (abs(store["y"]) < 2.5)
+        depth, change = (store[name].where(inside) for name in ("erosion_depth", "bed_change"))
+        np.testing.assert_allclose(pier["erosion_depth"], depth.max(("y", "x")), rtol=1e-6)
+        np.testing.assert_allclose(pier["bed_change"], change.mean(("y", "x")), rtol=1e-5)
+        assert pier["erosion_depth"].iloc[-1] > 0.1
+        assert pier["bed_change"].iloc[-1] < 0
+        assert rows[rows["scenario"] == "bare"]["erosion_depth"].isna().all()
+        table = pipeline.assessment_tables(results)["receptors"].set_index(["scenario", "receptor"])
+        row = table.loc["bed", "pier"]
+        assert row["largest_erosion_depth"] == pier["erosion_depth"].max()
+        assert row["median_bed_change"] == pier["bed_change"].median()
+        assert row["lowest_bed_change"] == pier["bed_change"].min()
+        with open_store(results / "bed.zarr") as opened:
+            (sheet,) = [each for each in sheets(opened) if each.title == "pier"]
+        assert [row[0] for row in sheet.rows[-2:]] == [
+            "depth of erosion (m)", "change of the ground's elevation (m)"
+        ]  # fmt: skip
+
+    def test_scenarios_differ_in_what_was_eroded(self, results, store):
+        maps, receptors, sections = pipeline.compare(results, ("slow", "bed"), erosion_depth=[0.01])
+        with open_store(results / "slow.zarr") as slow:
+            other = {name: slow[name].to_numpy().astype(float) for name in ("erosion_depth", "bed_change")}
+        one = {name: store[name].to_numpy().astype(float) for name in other}
+        share = [(each["erosion_depth"] > 0.01).mean(axis=0) for each in (other, one)]
+        found = maps["erosion_depth_exceedance_difference"].to_numpy()[0]
+        np.testing.assert_allclose(found, share[1] - share[0], atol=1e-6)
+        assert found.max() > 0.3
+        mean = maps["bed_change_mean_difference"]
+        known = (one["bed_change"] - other["bed_change"]).mean(axis=0)
+        np.testing.assert_allclose(mean, known, rtol=1e-4, atol=1e-6)
+        names = {layer.name for layer in difference_layers(maps)}
+        assert {"bed_change_mean_difference", "erosion_depth_above_0.01_difference"} <= names
+        rows = receptors.set_index(["receptor", "quantity"])
+        row = rows.loc["pier", "largest_erosion_depth"]
+        assert row["difference"] == row["second"] - row["first"] > 0
+        # what moves on may erode more, and nothing less
+        assert row["first_lower"] == row["first"]
+        assert np.isnan(row["first_upper"])
+        assert np.isnan(rows.loc["pier", "lowest_bed_change"]["first_lower"])
+        assert rows.loc["apart", "largest_erosion_depth"]["second"] == 0
+        assert not len(sections)
+
+    def test_what_only_one_scenario_has_is_told(self, results):
+        maps, receptors, _ = pipeline.compare(results, ("bed", "bare"))
+        told = (
+            "no depth of erosion and no change of the ground's elevation compared: bare has no erodible_bed"
+        )
+        assert told in maps.attrs["comment"]
+        assert not receptors["quantity"].str.contains("erosion").any()
+        assert not [name for name in maps if "erosion" in str(name)]
 
 
 class TestOnElevationModels:

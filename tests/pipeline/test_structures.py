@@ -178,7 +178,7 @@ class TestReceptors:
 
 class TestCompare:
     def test_the_dam_takes_the_flow_from_the_inn(self, place, tmp_path):
-        found, table = pipeline.compare(place, ("without", "with"), to=tmp_path)
+        found, table, _ = pipeline.compare(place, ("without", "with"), to=tmp_path)
         rows = table.set_index(["receptor", "quantity"])
         assert rows.loc[("inn", "largest_depth"), "difference"] < -0.2
         for end in ("first", "second"):
@@ -195,7 +195,7 @@ class TestCompare:
         assert (tmp_path / "pressure_quantile_0.9_difference.png").exists()
 
     def test_a_scenario_does_not_differ_from_itself(self, place):
-        found, table = pipeline.compare(place, ("with", "with"), place)
+        found, table, _ = pipeline.compare(place, ("with", "with"), place)
         assert not np.nan_to_num(found["depth_quantile_difference"].to_numpy()).any()
         assert (table["difference"] == 0).all()
 
@@ -210,8 +210,8 @@ class TestCompare:
         with opened(folder / "results", "with") as store:
             states = store["status"].to_numpy()
         assert sorted(states == 2) == [False, True]
-        found, table = pipeline.compare(place, ("without", "with"), folder / "results")
-        whole, _ = pipeline.compare(place, ("without", "with"))
+        found, table, _ = pipeline.compare(place, ("without", "with"), folder / "results")
+        whole = pipeline.compare(place, ("without", "with")).maps
         ends = {
             end: found[f"depth_exceedance_difference{end}"].to_numpy() for end in ("", "_lower", "_upper")
         }

@@ -34,6 +34,8 @@ ASKED = {
     "max_speed": "largest speed (m/s)",
     "max_pressure": "largest dynamic pressure (kPa)",
     "arrival_time": "arrival (s)",
+    "erosion_depth": "depth of erosion (m)",
+    "bed_change": "change of the ground's elevation (m)",
 }
 
 
@@ -108,6 +110,8 @@ def sheets(store: xr.Dataset) -> list[Table]:
         known = np.zeros(there.size, bool)
         table = []
         for quantity, words in ASKED.items():
+            if quantity not in rows:
+                continue
             held = Values(rows[quantity].to_numpy(np.float64)[there], weight[there], known, known)
             numbers = held.quantile([*SHARES, 1.0]).estimate
             least = float(np.nanmin(held.value))

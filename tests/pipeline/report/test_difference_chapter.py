@@ -27,17 +27,18 @@ def place(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def compared(place):
-    maps, table = pipeline.compare(place, ("heap", "rough"))
+    found = pipeline.compare(place, ("heap", "rough"))
+    table = found.receptors
     # a run of the rough heap creeps on, and may do anything: here it does not reach the last receptor
     nothing = table["receptor"] == "never"
     ends = [name for name in table.columns if name.startswith(("first", "second", "difference"))]
     table.loc[nothing, [name for name in ends if not name.endswith("scenario")]] = 0.0
-    return maps, table
+    return found
 
 
 def test_findings_say_how_what_reaches_receptors_changes(compared):
-    chapter = of_difference(*compared)
-    rows = compared[1].set_index(["receptor", "quantity"])
+    chapter = of_difference(compared)
+    rows = compared.receptors.set_index(["receptor", "quantity"])
     chance, depth = rows.loc[("Häusli", "probability")], rows.loc[("Häusli", "largest_depth")]
     assert chance["second"] < chance["first"]
     (said,) = [each for each in chapter.findings if each.startswith("Häusli")]
@@ -51,25 +52,25 @@ def test_findings_say_how_what_reaches_receptors_changes(compared):
 
 
 def test_the_table_has_the_differences_with_their_bounds(compared):
-    (table,) = of_difference(*compared).tables
+    (table,) = of_difference(compared).tables
     assert table.head == ["receptor", "quantity", "heap", "rough", "difference"]
     # what nothing reaches is left out
-    reached = compared[1][compared[1]["receptor"] != "never"]
-    assert len(reached) == len(compared[1]) * 2 // 3
+    reached = compared.receptors[compared.receptors["receptor"] != "never"]
+    assert len(reached) == len(compared.receptors) * 2 // 3
     for row, known in zip(table.rows, reached.to_dict("records"), strict=True):
         number = float(row[4].split()[0].replace(",", ""))
         assert number == pytest.approx(known["difference"], rel=0.06, abs=1e-3)
 
 
 def test_maps_where_nothing_differs_are_named_and_not_drawn(compared):
-    maps, table = compared
-    chapter = of_difference(maps, table)
+    maps = compared.maps
+    chapter = of_difference(compared)
     same = maps.copy()
     for bound in ("", "_lower", "_upper"):
         name = f"speed_exceedance_difference{bound}"
         same[name] = maps[name] * 0
         same[name].attrs = maps[name].attrs
-    fewer = of_difference(same, table)
+    fewer = of_difference(compared._replace(maps=same))
     assert len(fewer.maps) + len(fewer.others) == len(chapter.maps) + len(chapter.others) - 1
     assert "Nowhere is there a difference of the share of events with a largest speed" in fewer.description
 

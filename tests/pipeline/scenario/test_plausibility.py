@@ -98,6 +98,10 @@ def test_thresholds_of_erosion_need_its_depth():
     assert warned(erodible_bed=bed, hazard={"erosion_depth": [0.25]}) == ()
     (line,) = warned(erodible_bed=bed, hazard={"erosion_depth": [0.25]}, output=output)
     assert "output.fields: leaves out erosion_depth, which the maps asked for under hazard need" in line
+    place = [{"name": "pier", "point": [20, 0]}]
+    output["fields"].append("arrival_time")
+    (line,) = warned(erodible_bed=bed, receptors=place, output=output)
+    assert "output.fields: leaves out erosion_depth and bed_change: receptors will not say what" in line
 
 
 VOELLMY = {"friction_coefficient": 0.1, "turbulent_friction": 300, "earth_pressure": "isotropic"}
