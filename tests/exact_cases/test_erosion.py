@@ -41,6 +41,42 @@ def test_growth_under_coulomb_friction_has_a_closed_form():
         assert COULOMB.at(time) == pytest.approx(growth_by_coulomb(25, 0.3, 0.005, time), rel=1e-9)
 
 
+def test_the_way_of_growth_under_coulomb_friction_is_the_one_known():
+    """``s = ln cosh(w t)/G``, and by runs the sum of the speeds over the time steps."""
+    known = {10.0: 66.2917, 20.0: 211.620}
+    for time, way in known.items():
+        assert np.log(growth_by_coulomb(25, 0.3, 0.005, time)[0]) / 0.005 == pytest.approx(way, rel=2.6e-6)
+    ways = [np.trapezoid(over_time(COULOMB, step)[1], dx=step) for step in (0.25, 0.125)]
+    assert abs(ways[1] - known[10.0]) < 0.55 * abs(ways[0] - known[10.0])
+    assert 2 * ways[1] - ways[0] == pytest.approx(known[10.0], rel=1e-4)
+
+
+def test_the_bed_ends_at_the_time_and_speed_known():
+    found = []
+    for step in (0.25, 0.125):
+        depths, speeds = over_time(replace(COULOMB, time=12.0), step)
+        times = step * np.arange(len(depths))
+        end = np.interp(np.log(1.5), np.log(depths), times)
+        found.append((end, np.interp(end, times, speeds)))
+    time = 10 * np.arccosh(1.5) / np.arccosh(growth_by_coulomb(25, 0.3, 0.005, 10.0)[0])
+    assert time == pytest.approx(11.1932, abs=5.1e-5)
+    assert growth_by_coulomb(25, 0.3, 0.005, time) == pytest.approx((1.5, 12.8176), rel=4e-6)
+    np.testing.assert_allclose(2 * np.array(found[1]) - found[0], (11.1932, 12.8176), rtol=2e-4)
+
+
+def test_the_errors_of_voellmy_friction_by_the_time_step_are_those_known():
+    """From rest at t = 2 s, without anything to erode."""
+    case = replace(CASES["growth rate, Voellmy"], bed=0.0, time=2.0, step=0.4)
+    errors = [case.at(2.0)[1] - case.run("lattice", step)[1] for step in (0.2, 0.1, 0.05, 0.025)]
+    assert np.round(errors, 3).tolist() == [0.057, 0.029, 0.014, 0.007]
+
+
+def over_time(case, step):
+    """Depth and speed far from the upper side at each time step, (2, steps + 1)."""
+    result = case.run("lattice", step)[2]
+    return np.array([result.depth[:, 1, -5], result.velocity_x[:, 1, -5]])
+
+
 def test_what_is_eroded_at_equilibrium_slope_is_nothing():
     assert np.degrees(np.arctan(Egashira().equilibrium_slope)) == pytest.approx(17.2564, abs=5e-5)
 

@@ -18,6 +18,7 @@ from solver.kernels.source_terms import update_cell
 from solver.physics.friction import (
     Bingham,
     Chezy,
+    Coulomb,
     Edwards,
     HerschelBulkley,
     Manning,
@@ -249,6 +250,20 @@ def test_a_sheet_stops_exactly_at_the_stated_time_and_place(law, inclination, h,
             errors = [abs(value - expected) for value in found]
             assert errors[0] > 1.7 * errors[1] > 1.7**2 * errors[2]
             assert 2 * found[-1] - found[-2] == pytest.approx(expected, rel=3e-5)
+
+
+@pytest.mark.parametrize("dt", [2.5, 0.7, 0.001])
+def test_dry_friction_alone_slows_a_sheet_down_by_the_same_at_any_step(dt):
+    xi, first = np.radians(5), 10.0
+    braking = G * (0.2 * np.cos(xi) - np.sin(xi))
+    assert first / braking == six_digits(9.09474)
+    assert first**2 / (2 * braking) == six_digits(45.4737)
+    until, speed, way, before = moved(Coulomb(friction_angle(0.2)), 5, 1, first, dt, 100_000)
+    assert speed == 0.0
+    # what is left of the last step
+    rest = before / braking
+    assert until - dt + rest == pytest.approx(first / braking, rel=1e-9)
+    assert way + 0.5 * before * (rest - dt) == pytest.approx(first**2 / (2 * braking), rel=1e-9)
 
 
 @table(("law", "inclination", "h", "expected"), ROLL_WAVES)
