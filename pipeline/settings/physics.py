@@ -158,7 +158,7 @@ def _material() -> type[MaterialLaws]:
             key(
                 "parts of the domain where friction has other parameters; where they overlap the later one "
                 "counts, and a cell on an edge has the mean over its area of mu, 1/turbulent_friction, n^2, "
-                "1/C^2 or yield stress",
+                "1/C^2, yield stress, viscosity or consistency",
                 default=None,
             ),
         ),

@@ -9,7 +9,7 @@ from pydantic import Discriminator, Field, Tag, create_model, model_validator
 
 from pipeline.settings.generated import FlatSection, keys_of, tag
 from pipeline.settings.section import Pair, key, relation
-from solver.parameters import parameters
+from solver.parameters import ParameterError, parameters
 from solver.physics import friction
 
 
@@ -22,14 +22,14 @@ PolygonOrFile = Annotated[
     | Annotated[tuple[Pair, ...], Field(min_length=3), Tag("corners")],
     Discriminator(_file_or_corners),
 ]
-# parameters that resistance is linear in, or in a power of, so that cells on an edge have a mean of them
-_LINEAR = ("bed_friction", "friction_coefficient", "turbulent_friction", "manning_n", "chezy_coefficient")
-_KEYS = {
-    name: held
-    for law in friction.LAWS
-    for name, held in keys_of(law, optional=True).items()
-    if name in (*_LINEAR, "yield_stress")
-}
+# parameters that differ between cells; of what resistance is linear in, cells on an edge have the mean
+_KEPT = (
+    *("bed_friction", "friction_coefficient", "turbulent_friction", "manning_n", "chezy_coefficient"),
+    *("yield_stress", "viscosity", "consistency", "angles"),
+)
+# the angles of hysteresis are three
+_LAWS = [law for law in friction.LAWS if law is not friction.Edwards]
+_KEYS = {name: held for law in _LAWS for name, held in keys_of(law, optional=True).items() if name in _KEPT}
 
 
 class ZoneOfFriction(FlatSection):
@@ -87,10 +87,11 @@ class ZoneOfFriction(FlatSection):
         Raises
         ------
         PydanticCustomError
-            If a parameter is none of the law's.
+            If a parameter is none of the law's, or parameters do not go together.
         """
-        own = {each.name for each, _ in parameters(type(of_material))}
-        changed: dict[str, float] = {}
+        of_law = type(of_material)
+        own = {each.name for each, _ in parameters(of_law)} if of_law in _LAWS else set()
+        changed: dict[str, Any] = {}
         for name in _KEYS:
             value = getattr(self, name)
             if value is None:
@@ -103,10 +104,13 @@ class ZoneOfFriction(FlatSection):
             if at not in own:
                 taken = ", ".join(k for k in _KEYS if k in own)
                 wanted = taken or "no zones, as none of its parameters may differ"
-                found = f"expected, with friction {tag(type(of_material))}, {wanted}; found {name}"
+                found = f"expected, with friction {tag(of_law)}, {wanted}; found {name}"
                 raise relation(found, name)
             changed[at] = value
-        return replace(of_material, **changed)
+        try:
+            return replace(of_material, **changed)
+        except ParameterError as error:
+            raise relation(error.message, *error.names) from None
 
 
 if TYPE_CHECKING:

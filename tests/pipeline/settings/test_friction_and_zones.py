@@ -1,11 +1,18 @@
 """Laws of friction and zones as they stand in scenario files."""
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 import yaml
 
+from pipeline.runs.runs import expand
+from pipeline.scenario.scenario import load
 from pipeline.scenario.schema_errors import check
 from pipeline.scenario.strict_yaml import parse
+from solver.kernels.friction import law_at
 from solver.physics import earth_pressure, friction
+from solver.physics.resistance import Zoned, area_weighted
 
 BASE = """\
 name: a
@@ -127,6 +134,43 @@ def test_a_zone_changes_what_it_names_of_the_law_of_the_material():
 
 
 @pytest.mark.parametrize(
+    ("law", "name", "value"),
+    [
+        ("obrien", "viscosity", 200),
+        ("bingham", "viscosity", 200),
+        ("bingham", "yield_stress", 100),
+        ("herschel-bulkley", "consistency", 40),
+        ("pouliquen", "angles", [25, 35]),
+        ("chezy", "chezy_coefficient", 10),
+    ],
+)
+def test_zones_change_parameters_of_every_law_but_edwards(law, name, value):
+    keys, of_material = LAWS[law]
+    material = isotropic(
+        density=2000, friction={"law": law, **keys}, zones=[{"polygon": TRIANGLE, name: value}]
+    )
+    found = problems(material, time={"end": 10})
+    given = tuple(value) if isinstance(value, list) else value
+    expected = replace(of_material, **{name: given})
+    assert found.material.zone_laws() == (expected,)
+    # whose forms are those of the kernels: what differs between cells is among what these take from each
+    forms = [each.resistance(9.81) for each in (of_material, expected)]
+    values = area_weighted(forms[0], [(forms[1], np.array([0.0, 1.0]))])
+    zoned = Zoned(forms[0], values)
+    assert [law_at(zoned, i) for i in (0, 1)] == forms
+    assert forms[0] != forms[1]
+
+
+def test_a_parameter_of_a_zone_sweeps(tmp_path):
+    keys = {"law": "bingham", **LAWS["bingham"][0]}
+    material = isotropic(density=2000, friction=keys, zones=[{"polygon": TRIANGLE, "viscosity": 10.0}])
+    data = yaml.safe_load(BASE) | {"material": material, "time": {"end": 10}}
+    data["sweep"] = {"material.zones.0.viscosity": [10.0, 300.0]}
+    (scenario,) = load([data])
+    assert [run.settings.material.zone_laws()[0].viscosity for run in expand(scenario)] == [10.0, 300.0]
+
+
+@pytest.mark.parametrize(
     ("material", "path", "said"),
     [
         ({"zones": [{"polygon": TRIANGLE}]}, "zones.0.polygon", "expected one of bed_friction, "),
@@ -134,6 +178,18 @@ def test_a_zone_changes_what_it_names_of_the_law_of_the_material():
             {"zones": [{"polygon": TRIANGLE, "manning_n": 0.1}]},
             "zones.0.manning_n",
             "expected, with friction coulomb, bed_friction; found manning_n",
+        ),
+        (
+            {"bed_friction": None, "friction": {"law": "edwards", **LAWS["edwards"][0]},
+             "zones": [{"polygon": TRIANGLE, "angles": [21, 30]}]},
+            "zones.0.angles",
+            "expected, with friction edwards, no zones, as none of its parameters may differ; found angles",
+        ),
+        (
+            {"bed_friction": None, "friction": {"law": "pouliquen", **LAWS["pouliquen"][0]},
+             "zones": [{"polygon": TRIANGLE, "angles": [30, 21]}]},
+            "zones.0.angles",
+            "expected a lower bound below the upper one",
         ),
         ({"zones": [{"polygon": TRIANGLE[:2], "bed_friction": 9}]}, "zones.0.polygon", "expected 3 or more"),
         (
