@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
-from pipeline.studies.kernels.table import TABLES, lines_of
+from pipeline.studies.kernels.table import LAWS, TABLES, lines_of
 from pipeline.studies.ladders import FULL, QUICK, Plan, Row, climb, cost_at, ending, skipping
 from solver.warmup import compile_kernels
 
@@ -132,7 +132,7 @@ def _report(plan: Plan, rows: list[Row]) -> Iterator[str]:
     yield from _heading(ENDS, END_COLUMNS)
     yield from _lines(kept(ending(ladder, plan.spacing, plan.end_times)), END_COLUMNS)
     yield from _read_off(rows)
-    for table in TABLES:
+    for table in (*TABLES, *([LAWS] if plan.laws else [])):
         yield ""
         yield from lines_of(table)
 

@@ -105,11 +105,14 @@ class Plan:
     ----------
     ladders : tuple of Ladder
         Of which the last is run to ``end_times``, s, and with and without skipping, at ``spacing``, m.
+    laws : bool
+        Whether all laws of friction are timed.
     """
 
     ladders: tuple[Ladder, ...]
     spacing: float
     end_times: tuple[float, ...]
+    laws: bool = False
 
 
 def _spacings(
@@ -138,6 +141,7 @@ FULL = Plan(
     ),
     0.2,
     (6.0, 12.0, 24.0, 48.0, 96.0),
+    laws=True,
 )
 QUICK = Plan(
     (

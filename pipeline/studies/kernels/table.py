@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from pipeline.studies.kernels.cloud import cloud_costs
 from pipeline.studies.kernels.lattice import kernel_costs
+from pipeline.studies.kernels.laws import COLUMNS, by_law
 from pipeline.studies.kernels.surface import surface_costs
 
 
@@ -90,6 +91,8 @@ TABLES = (
         on_surfaces,
     ),
 )
+# takes the kernels of every law, and a minute
+LAWS = Table("Laws of friction", COLUMNS, by_law)
 
 
 def lines_of(table: Table) -> Iterator[str]:

@@ -9,9 +9,11 @@ from typer.testing import CliRunner
 
 from pipeline.cli.app import app
 from pipeline.studies import bench
+from pipeline.studies.kernels import laws
 from pipeline.studies.kernels.__main__ import put
 from pipeline.studies.kernels.table import TABLES
 from pipeline.studies.ladders import Ladder, Plan, cost_at
+from solver.physics import friction
 from solver.points.cloud import random_points
 from solver.points.lattice import Lattice
 from solver.scene import Collocation, WeightedResidual
@@ -65,6 +67,25 @@ def test_the_bench_writes_a_table_a_page_and_a_picture(benched):
         (section,) = re.findall(rf"^## {title}\n\n((?:\|.*\n)+)", page, flags=re.MULTILINE)
         assert len({line.count("|") for line in section.splitlines()}) == 1
     assert len(re.findall(r"^\| collocation, lattice +\|", page, flags=re.MULTILINE)) == 1
+
+
+def test_every_law_of_friction_is_timed_beside_dry_friction():
+    assert {type(law) for law in laws.MEASURED.values()} == set(friction.LAWS)
+    assert next(iter(laws.MEASURED)) == "coulomb"
+    some = {name: laws.MEASURED[name] for name in ("coulomb", "voellmy")}
+    first, second = costs = laws.law_costs(some, spacing=4.0, repeats=3)
+    assert [each.name for each in costs] == ["coulomb", "voellmy"]
+    # every cell in every stage, of which there are three
+    assert first.cell_stages == 3 * first.steps * int(
+        np.prod(laws.scene_of(some["coulomb"], 4.0).points.shape)
+    )
+    assert first.beside(first) == (1.0, 1.0, 1.0)
+    known = [
+        (b / second.cell_stages) * first.cell_stages / a
+        for a, b in zip(first.times, second.times, strict=True)
+    ]
+    assert second.beside(first) == pytest.approx(known)
+    assert second.rate == pytest.approx(second.cell_stages / np.median(second.times))
 
 
 def section(path, title):
