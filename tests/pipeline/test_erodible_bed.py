@@ -2,7 +2,9 @@
 
 import numpy as np
 import pandas as pd
+import pyogrio
 import pytest
+import rasterio
 from commands import pipeline as command
 from elevation_files import ROWS, SIDE, TEXT, ground, write_polygons, write_raster, written
 
@@ -297,8 +299,15 @@ class TestOnElevationModels:
             assert float(one["bed_change"].astype(float).sum()) * plan == pytest.approx(now - taken, rel=1e-5)
             assert store["erosion_depth"].attrs["grid_mapping"] == "spatial_ref"
             assert abs(one["volume_error"].item()) < 1e-13
-        maps = pipeline.hazard_maps(out)
+        maps = pipeline.hazard_maps(out, to=folder / "maps")
         assert float(maps["small"]["erosion_depth_quantile"].max()) == pytest.approx(float(eroded.max()))
+        with rasterio.open(folder / "maps" / "small" / "bed_change_mean.tif") as raster:
+            held = raster.read(1)
+        np.testing.assert_allclose(np.nanmin(held), one["bed_change"].min(), rtol=1e-6)
+        np.testing.assert_allclose(np.nanmax(held), one["bed_change"].max(), rtol=1e-6)
+        assert np.nanmin(held) < 0
+        listed = pyogrio.list_layers(folder / "maps" / "small" / "maps.gpkg")[:, 0].tolist()
+        assert {"bed_change_mean", "bed_change_quantile_0.5"} <= {*listed}
 
 
 def test_parameters_of_a_bed_have_names_of_their_own():
