@@ -235,7 +235,8 @@ def by_type(declared: Callable[P, R_co]) -> ByType[P, R_co]:
 
         return keep
 
-    options: Any = {"error_model": "numpy", "fastmath": FAST, "forceinline": True, "_nrt": False}
+    options: Any = {"error_model": "numpy", "fastmath": FAST, "forceinline": True}
+    options |= {"_nrt": False, "no_cfunc_wrapper": True}
 
     @overload(call, jit_options=options, strict=False)
     def _choose(law: Any, *rest: Any) -> Any:

@@ -10,14 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.arrays import Array
+from solver.compiled import compile_for
 from solver.inflow.clouds import PlacedOnCloud
 from solver.inflow.entrance import Entrance, entrance, placed_on
 from solver.inflow.placement import Placed
 from solver.kernels.erosion import Erosion, no_erosion
 from solver.kernels.record import Record
 from solver.kernels.runge_kutta import AT_REST, OUT_OF_STEPS, Limits, Progress
-from solver.kernels.sections.inflow import Inflows, no_inflows
-from solver.kernels.sections.measured import Sections, no_sections
+from solver.kernels.sections.inflow import Inflows, await_inflow, begin_inflow, no_inflows
+from solver.kernels.sections.measured import Sections, no_sections, sample
 from solver.kernels.state import DEPTH, NO_SLIP, OPEN, WALL, Fields, Material, Sides
 from solver.physics.earth_pressure import MohrCoulomb
 from solver.physics.elevation import Surface
@@ -31,7 +32,7 @@ Carried = Mapping[str, NDArray[Any]]
 SHORTEST_STEP, FALLS = 1e-7, 10
 # What so many steps do not change, relative to what there is, does not move.
 LULL_STEPS, LULL = 1000, 1e-12
-# What the compiler takes equally long for: all that goes before the stages of a step, and a stage.
+# What the compiler takes about equally long for: all that goes on beside the stages of a step, and a stage.
 PIECES = 2
 # what sections carry on from step to step
 _MEASURED = ("volume", "series", "last", "taken")
@@ -147,7 +148,13 @@ class Run(ABC):
 
     @abstractmethod
     def warm_up(self, piece: int) -> None:
-        """Compile one of the `PIECES` kernels that take longest, if there are, and do nothing else."""
+        """Compile one of the `PIECES` of what a step calls, and do nothing else."""
+
+    def warm_up_sections(self) -> None:
+        """Compile what a step calls for inflows and sections, but for its stages."""
+        compile_for(await_inflow, self.inflows, 0.0, self.limits(0.0, 0), 0.0)
+        compile_for(begin_inflow, self.inflows, 0.0, 0.0)
+        compile_for(sample, self.sections, 0.0)
 
     def settle(self) -> None:
         """Stop what little still moves in a run at rest."""

@@ -17,7 +17,7 @@ from solver.cloud.operators import CloudOperators, prepare
 from solver.cloud.residual import cloud_stage
 from solver.cloud.sections import doors_of, no_doors, sections_of
 from solver.cloud.status import classify_cloud
-from solver.cloud.time_stepping import advance_cloud
+from solver.cloud.time_stepping import advance_cloud, erode
 from solver.compiled import compile_for
 from solver.inflow.clouds import PlacedOnCloud
 from solver.kernels.earth_pressure import at_rest
@@ -174,11 +174,13 @@ class CloudRun(Run):
         return int(advance_cloud(self.arrays, limits, self.progress))
 
     def warm_up(self, piece: int) -> None:
-        """Compile what classifies the cells, or a stage."""
+        """Compile what goes on beside the stages, or a stage."""
         arrays = self.arrays
         if piece == 0:
             compile_for(classify_cloud, arrays)
             compile_for(spread_blocks, self.status.static, self.faces, arrays.blocks, self.activity)
+            self.warm_up_sections()
+            compile_for(erode, arrays, self.now, 0.0)
             return
         states = self.now, self.stages[0]
         compile_for(cloud_stage, arrays, *states, 1.0, 1.0, 0.0, self.progress.ledger, True)

@@ -32,9 +32,9 @@ from solver.kernels.state import (
 from solver.lattice.arrays import RING, Buffers, LatticeArrays
 from solver.lattice.residual import stage
 from solver.lattice.sections import Doors, Geometry, doors_of, inflows_of, sections_of
-from solver.lattice.spans import Spans
+from solver.lattice.spans import Spans, copy_surroundings, moving_volume_exceeds, spread
 from solver.lattice.status import classify
-from solver.lattice.time_stepping import advance, advance_among_buildings, record_maxima
+from solver.lattice.time_stepping import advance, advance_among_buildings, erode, record_maxima
 from solver.lattice.walls import EAST, WEST, Walls, walls_of
 from solver.lattice.window import Part, Window, around, needed
 from solver.physics.resistance import Zoned
@@ -317,10 +317,15 @@ class LatticeRun(Run):
         return int(step(self.arrays, limits, self.progress))
 
     def warm_up(self, piece: int) -> None:
-        """Compile what classifies the cells, or a stage."""
+        """Compile what goes on beside the stages, or a stage."""
         if piece == 0:
-            about = self.status, self.bed, self.material, self.window_sides, self.grid
-            compile_for(classify, self.now, *about, self.spans)
+            grid, sides, spans = self.grid, self.window_sides, self.spans
+            compile_for(classify, self.now, self.status, self.bed, self.material, sides, grid, spans)
+            self.warm_up_sections()
+            compile_for(erode, self.arrays, GHOSTS, GHOSTS, 0.0)
+            compile_for(spread, spans, self.status.static, sides, grid)
+            compile_for(moving_volume_exceeds, self.now, self.status.static, spans, sides, grid, 0.0, True)
+            compile_for(copy_surroundings, self.now, self.now, spans.stepped, grid, GHOSTS, GHOSTS)
             return
         states = self.now, self.now, self.stages[0]
         compile_for(stage, self.arrays, *states, GHOSTS, GHOSTS, 1.0, 1.0, 0.0, self.progress.ledger)

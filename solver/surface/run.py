@@ -15,6 +15,7 @@ from solver.kernels.sections.inflow import HIGH_X, LOW_X, LOW_Y
 from solver.kernels.state import GHOSTS, Bed
 from solver.lattice.run import LatticeRun
 from solver.lattice.sections import Doors, Geometry
+from solver.lattice.spans import copy_surroundings
 from solver.lattice.window import Part, Window
 from solver.physics.earth_pressure import Isotropic
 from solver.physics.elevation import Surface, edges_of, frames_of, lifted_area, plan_slopes
@@ -25,8 +26,13 @@ from solver.surface.arrays import SurfaceArrays
 from solver.surface.metric import Metric, metric_of
 from solver.surface.pressure import pressure_of
 from solver.surface.residual import stage
-from solver.surface.status import classify_surface
-from solver.surface.time_stepping import advance_among_buildings, advance_surface, empty_drains
+from solver.surface.time_stepping import (
+    advance_among_buildings,
+    advance_surface,
+    begin_step,
+    empty_drains,
+    erode,
+)
 from solver.surface.walls import set_walls
 
 
@@ -193,10 +199,12 @@ class SurfaceRun(LatticeRun):
         return int(step(self.arrays, limits, self.progress))
 
     def warm_up(self, piece: int) -> None:
-        """Compile what classifies the cells, or a stage."""
+        """Compile what goes on beside the stages, or a stage."""
         if piece == 0:
-            about = self.metric, self.material, self.grid
-            compile_for(classify_surface, self.now, self.status.static, self.pressure, *about, self.spans)
+            compile_for(begin_step, self.arrays, self.limits(0.0, 0), self.progress)
+            self.warm_up_sections()
+            compile_for(erode, self.arrays, GHOSTS, GHOSTS, 0.0)
+            compile_for(copy_surroundings, self.now, self.now, self.spans.stepped, self.grid, GHOSTS, GHOSTS)
             return
         states = self.now, self.now, self.stages[0]
         compile_for(stage, self.arrays, *states, GHOSTS, GHOSTS, 1.0, 1.0, 0.0)

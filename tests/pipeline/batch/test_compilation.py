@@ -3,7 +3,6 @@ import time
 from functools import partial
 from types import SimpleNamespace
 
-import numba
 import pytest
 from stub_solvers import lasting
 
@@ -12,13 +11,17 @@ from pipeline.batch.compilation import compile_once, head_start
 from pipeline.batch.dask_pool import DaskPool
 from pipeline.batch.forked_pool import forked_pool
 from pipeline.batch.interrupts import Interrupts
+from solver.cloud import time_stepping as cloud
 from solver.cloud.blocks import spread_blocks
 from solver.cloud.residual import cloud_stage
 from solver.cloud.status import classify_cloud
-from solver.cloud.time_stepping import advance_cloud
+from solver.compiled import kernel
+from solver.kernels.sections.inflow import await_inflow, begin_inflow
+from solver.kernels.sections.measured import sample
+from solver.lattice import time_stepping as lattice
 from solver.lattice.residual import stage
+from solver.lattice.spans import copy_surroundings, moving_volume_exceeds, spread
 from solver.lattice.status import classify
-from solver.lattice.time_stepping import advance
 from solver.run import PIECES
 from solver.simulation import simulate
 from solver.warmup import compile_kernels, not_compiled
@@ -59,15 +62,19 @@ def test_what_goes_wrong_is_left_to_the_runs(pool):
 
 
 def test_the_pieces_compiled_ahead_are_what_a_step_calls():
-    kernels = (classify, stage, classify_cloud, spread_blocks, cloud_stage)
+    kernels = (
+        *(classify, spread, moving_volume_exceeds, copy_surroundings, stage, lattice.erode),
+        *(classify_cloud, spread_blocks, cloud_stage, cloud.erode),
+        *(await_inflow, begin_inflow, sample),
+    )
     for piece in range(PIECES):
         compile_kernels(["lattice", "cloud"], piece)
     before = [list(each.signatures) for each in kernels]
     assert all(before)
     compile_kernels(["lattice", "cloud"])
     # compiled anew, a step looks for what it calls
-    for step in (advance, advance_cloud):
-        numba.njit(step.py_func).compile(step.signatures[0])
+    for step in (lattice.advance, cloud.advance_cloud):
+        kernel(cached=False)(step.py_func).compile(step.signatures[0])
     assert [list(each.signatures) for each in kernels] == before
 
 
