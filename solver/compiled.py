@@ -131,8 +131,8 @@ class _Inner(CPUDispatcher):
 
     outer: Callable[[], Any]
 
-    def __call__(self, *args: Any) -> Any:
-        return self.outer()(*args)
+    def __call__(self, *args: Any, **named: Any) -> Any:
+        return self.outer()(*args, **named)
 
 
 def kernel(
