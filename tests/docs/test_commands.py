@@ -73,8 +73,7 @@ SLOW_MODULES = (
     *("solver.verification.inflow_cases", "solver.verification.bank_cases"),
     *("pipeline.studies.convergence", "pipeline.studies.torrent_terrain", "pipeline.studies.emulation"),
     *("solver.verification.erosion_cases", "pipeline.studies.peers", "pipeline.studies.large_terrain"),
-    *("pipeline.studies.gallery", "pipeline.studies.pages"),
-    *("pipeline.studies.kernels", "pipeline.studies.kernels.laws"),
+    *("pipeline.studies.gallery", "pipeline.studies.pages", "pipeline.studies.kernels"),
 )
 
 

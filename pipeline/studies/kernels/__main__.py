@@ -10,7 +10,7 @@ import argparse
 import re
 from pathlib import Path
 
-from pipeline.studies.kernels.table import TABLES, lines_of
+from pipeline.studies.kernels.table import LAWS, TABLES, lines_of
 
 
 def put(section: str, report: str) -> str:
@@ -25,10 +25,10 @@ def put(section: str, report: str) -> str:
 def main() -> None:
     """Measure one table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
-    parser.add_argument("title", choices=[table.title for table in TABLES])
+    parser.add_argument("title", choices=[table.title for table in (*TABLES, LAWS)])
     parser.add_argument("report", type=Path, nargs="?")
     given = parser.parse_args()
-    (table,) = (table for table in TABLES if table.title == given.title)
+    (table,) = (table for table in (*TABLES, LAWS) if table.title == given.title)
     section = "\n".join(lines_of(table))
     print(section)
     if given.report is not None:

@@ -1,6 +1,6 @@
 """What a cell-stage of a whole run costs by each law of friction, beside dry friction in the same sitting.
 
-``python -m pipeline.studies.kernels.laws`` prints the table; so does `pipeline bench` without ``--quick``.
+``python -m pipeline.studies.kernels "Laws of friction"`` prints the table; so does `pipeline bench` without ``--quick``.
 """
 
 from __future__ import annotations
@@ -139,13 +139,3 @@ def by_law() -> Iterator[list[str]]:
         ratios = cost.beside(costs[0])
         spread = f"{min(ratios):.2f} to {max(ratios):.2f}"
         yield [cost.name, str(cost.steps), f"{cost.rate / 1e6:.1f}", f"{median(ratios):.2f}", spread]
-
-
-def main() -> None:
-    """Print the table."""
-    for cells in (COLUMNS, ["---"] * len(COLUMNS), *by_law()):
-        print(f"| {' | '.join(cells)} |", flush=True)
-
-
-if __name__ == "__main__":
-    main()
