@@ -308,7 +308,7 @@ def _changes(
     before, after = (each["reached"].to_numpy(np.float64, na_value=np.nan) == 1 for each in both)
     by_pair = weight[pairs[0]]
     found = {"probability_discretisation": spacing.flips(before, after, by_pair)}
-    for quantity in AT_RECEPTORS:
+    for quantity in (name for name in AT_RECEPTORS if all(name in each for each in both)):
         nothing = np.nan if quantity == "arrival_time" else 0.0
         one, other = (
             np.where(there, each[quantity].to_numpy(np.float64, na_value=np.nan), nothing)

@@ -1,6 +1,7 @@
 """What a cell-stage of a whole run costs by each law of friction, beside dry friction in the same sitting.
 
-``python -m pipeline.studies.kernels "Laws of friction"`` prints the table; so does `pipeline bench` without ``--quick``.
+``python -m pipeline.studies.kernels "Laws of friction"`` prints the table; so does `pipeline bench` without
+``--quick``.
 """
 
 from __future__ import annotations

@@ -54,5 +54,6 @@ def test_a_film_above_a_section_and_a_deep_layer_below_it_are_held_up(points, te
     speed = np.hypot(result.velocity_x, result.velocity_y)
     # without the first rule the film goes on at 3 m/s for ever, without the second the layer falls at 4 m/s2
     assert speed[1:][:, ~above & floor].max() < 1.0
-    assert speed[2][above & film].max() < 0.3
+    # across, films of a cloud go on in the gutter along the foot of a bank
+    assert np.abs(result.velocity_x[2][above & film & (x > 8)]).max() < 0.3
     assert abs(result.ledger.error) < 1e-13
