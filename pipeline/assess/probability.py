@@ -171,7 +171,10 @@ def mean_of(field: xr.DataArray, runs: xr.Dataset) -> xr.DataArray:
 def earliest_arrival(arrival: xr.DataArray, runs: xr.Dataset) -> xr.DataArray:
     """Give the first time of arrival, s, of any computed run of a weight above 0; missing without one."""
     counted = computed(runs) & (runs["weight"] > 0)
-    found: xr.DataArray = in_parts(arrival).where(counted.drop_vars(list(counted.coords))).min("run")
+    times = in_parts(arrival).where(counted.drop_vars(list(counted.coords)))
+    # of cells that no run reaches NumPy would warn
+    first = times.fillna(np.inf).min("run", skipna=False)
+    found: xr.DataArray = first.where(first < np.inf)
     return found
 
 
