@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 import pandas as pd
@@ -56,18 +56,43 @@ def receptor_differences(first: xr.Dataset, second: xr.Dataset) -> pd.DataFrame:
     if any(places) and not shared:
         titles = [str(store.attrs["title"]) for store in (first, second)]
         raise NotTogetherError(f"{titles[0]} and {titles[1]} have no receptor in common")
-    by_run = [reached(store) for store in (first, second)]
+    return differences_at("receptor", shared, (first, second), reached, _quantities)
+
+
+def differences_at(
+    column: str,
+    names: Iterable[str],
+    stores: Sequence[xr.Dataset],
+    table: Callable[[xr.Dataset], pd.DataFrame],
+    numbers: Callable[[xr.Dataset, pd.DataFrame], Iterator[tuple[str, Number]]],
+) -> pd.DataFrame:
+    """Table how numbers differ at places that two scenarios share.
+
+    Parameters
+    ----------
+    column : str
+        That names the places.
+    names : iterable of str
+        Of the places.
+    stores : sequence of Dataset
+        Stores of the first and of the second scenario.
+    table : callable
+        Gives a row a run and place of a store.
+    numbers : callable
+        Gives numbers by quantity, with their units, of a store and its rows of one place.
+    """
+    by_run = [table(store) for store in stores]
     rows: list[dict[str, object]] = []
-    for name in shared:
+    for name in names:
         found = [
-            dict(_quantities(store, table[table["receptor"] == name]))
-            for store, table in zip((first, second), by_run, strict=True)
+            dict(numbers(store, each[each[column] == name]))
+            for store, each in zip(stores, by_run, strict=True)
         ]
-        rows += rows_of({"receptor": name}, (first, second), found)
+        rows += _rows({column: name}, stores, found)
     return pd.DataFrame(rows)
 
 
-def rows_of(
+def _rows(
     place: Mapping[str, str], stores: Sequence[xr.Dataset], found: Sequence[Mapping[str, Number]]
 ) -> Iterator[dict[str, object]]:
     """Give a row for each quantity of a place that two scenarios have.

@@ -10,7 +10,7 @@ import xarray as xr
 
 from pipeline.assess.ensemble import censored, computed, weights
 from pipeline.assess.probability import Values
-from pipeline.assess.receptor_differences import LARGEST, MEDIAN, Number, chances, quantile, rows_of
+from pipeline.assess.receptor_differences import LARGEST, MEDIAN, Number, chances, differences_at, quantile
 from pipeline.scenario.scenario import stored
 from pipeline.store.variables import STATUS, Status
 
@@ -74,15 +74,8 @@ def section_differences(first: xr.Dataset, second: xr.Dataset) -> pd.DataFrame:
         is missing where half of the runs do not, and so is its difference. Columns as of
         `pipeline.assess.receptor_differences`. Empty where no section is in both.
     """
-    by_run = [passed(store) for store in (first, second)]
-    rows: list[dict[str, object]] = []
-    for name in shared_sections(first, second):
-        found = [
-            dict(quantities_at(store, table[table["section"] == name]))
-            for store, table in zip((first, second), by_run, strict=True)
-        ]
-        rows += rows_of({"section": name}, (first, second), found)
-    return pd.DataFrame(rows)
+    shared = shared_sections(first, second)
+    return differences_at("section", shared, (first, second), passed, quantities_at)
 
 
 def quantities_at(store: xr.Dataset, rows: pd.DataFrame) -> Iterator[tuple[str, Number]]:

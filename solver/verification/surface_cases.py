@@ -5,7 +5,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -33,6 +34,8 @@ from solver.verification.surfaces import Bowl, ClosedForm, Inclined, Profiled, T
 RADIUS = 100.0
 # breadth of a patch, m: where its depth has fallen by e
 BREADTH = 6.0
+# of planes and of ways, degrees
+AZIMUTHS = 0.0, 30.0, 45.0
 # of the places of clouds
 SEED = 1
 
@@ -337,20 +340,28 @@ def report() -> Iterator[str]:
     yield from of_layout("cloud")
 
 
+def _by_azimuth(
+    what: str,
+    error: Callable[[float, float], tuple[float, Result]],
+    spacings: Sequence[float],
+    unit: str = "",
+) -> Iterator[str]:
+    """Give a table of an error by spacing, and by azimuth in degrees, line by line."""
+    yield f"| {what} | 0 | 30 | 45 degrees |"
+    yield "|---|---|---|---|"
+    for spacing in spacings:
+        errors = (f"{error(azimuth, spacing)[0]:.2e}" for azimuth in AZIMUTHS)
+        yield f"| {spacing:g}{unit} | {' | '.join(errors)} |"
+
+
 def of_lattices_alone() -> Iterator[str]:
     """Give the tables of what is run on lattices alone, line by line."""
-    azimuths = 0.0, 30.0, 45.0
-    yield "| dam break 22/21, relative L1 of depth at 5 s | 0 | 30 | 45 degrees |"
-    yield "|---|---|---|---|"
-    for root in (2.0, 1.0, 0.5):
-        errors = (f"{dam_break_error(azimuth, root)[0]:.2e}" for azimuth in azimuths)
-        yield f"| {root:g} m | {' | '.join(errors)} |"
+    yield from _by_azimuth(
+        "dam break 22/21, relative L1 of depth at 5 s", dam_break_error, (2.0, 1.0, 0.5), " m"
+    )
     yield ""
-    yield "| chute as a surface against a profile, relative L2 of depth at t = 6 | 0 | 30 | 45 degrees |"
-    yield "|---|---|---|---|"
-    for spacing in (0.4, 0.2, 0.1):
-        errors = (f"{chute_error(azimuth, spacing)[0]:.2e}" for azimuth in azimuths)
-        yield f"| {spacing:g} | {' | '.join(errors)} |"
+    chute = "chute as a surface against a profile, relative L2 of depth at t = 6"
+    yield from _by_azimuth(chute, chute_error, (0.4, 0.2, 0.1))
     yield ""
     yield "| slide in a bowl, spacings | relative L1 of depth between them | order |"
     yield "|---|---|---|"
@@ -364,7 +375,7 @@ def of_lattices_alone() -> Iterator[str]:
     point, points = way_of_a_point(start), way_of_points(start)
     yield f"| friction; a point goes {point:.2f} m, points as the patch {points:.2f} m | spacing | goes |"
     yield "|---|---|---|"
-    for azimuth in azimuths:
+    for azimuth in AZIMUTHS:
         for spacing in (4.0, 2.0, 1.0):
             arc = with_friction(azimuth, spacing, start=start)
             yield f"| {azimuth:g} degrees | {spacing:g} m | {arc.went:.2f} m |"
@@ -372,16 +383,13 @@ def of_lattices_alone() -> Iterator[str]:
 
 def of_layout(layout: str) -> Iterator[str]:
     """Give the tables of points of a layout, "lattice" or "cloud", line by line."""
-    yield "| frictionless cap, relative L2 of depth at 5 s | 0 | 30 | 45 degrees |"
-    yield "|---|---|---|---|"
-    for root in (8.0, 4.0, 2.0):
-        errors = (f"{cap_error(azimuth, root, layout)[0]:.2e}" for azimuth in (0.0, 30.0, 45.0))
-        yield f"| {root:g} m | {' | '.join(errors)} |"
+    cap = "frictionless cap, relative L2 of depth at 5 s"
+    yield from _by_azimuth(cap, partial(cap_error, layout=layout), (8.0, 4.0, 2.0), " m")
     yield ""
     yield "| 100 m along an arc, no gravity | azimuth | spacing | change of energy | sideways |"
     yield "|---|---|---|---|---|"
     for name, surface in (("trough", Trough), ("bowl", Bowl)):
-        for azimuth in (0.0, 30.0, 45.0):
+        for azimuth in AZIMUTHS:
             for spacing in (4.0, 2.0, 1.0):
                 bed = Trough(azimuth, RADIUS) if surface is Trough else Bowl(RADIUS)
                 arc = without_gravity(bed, azimuth, spacing, layout)
@@ -389,7 +397,7 @@ def of_layout(layout: str) -> Iterator[str]:
     yield ""
     yield f"| friction; a point goes {way_of_a_point():.2f} m | depth | spacing | goes | sideways |"
     yield "|---|---|---|---|---|"
-    for azimuth in (0.0, 30.0, 45.0):
+    for azimuth in AZIMUTHS:
         for depth in (0.02, 0.2, 2.0):
             for spacing in (4.0, 2.0, 1.0):
                 arc = with_friction(azimuth, spacing, depth, layout)
