@@ -138,6 +138,8 @@ class CollocationRun(Run):
                 falling_rate(scene, x, y, operators.stencils.reach[:, 0]),
             )
         )
+        # what is beside a dry point may come to it within the step, and falls there
+        falling[:n] = falling[operators.stencils.neighbours].max(1)
         self.bed = CloudBed(along, normal, curvature, falling)
         deepest = float(initial[0].max())
         self.relaxation = Relaxation(

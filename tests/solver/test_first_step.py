@@ -51,6 +51,19 @@ def test_a_film_beside_a_brink_falls_by_a_cell_in_its_first_step(points, terrain
     assert 0 < fastest_after_one_step(scene) < FALL
 
 
+@pytest.mark.parametrize("depth", [1e-3, 1e-7])
+@pytest.mark.parametrize("points", [LATTICE, CLOUD], ids=["lattice", "cloud"])
+def test_a_film_beside_a_brink_falls_by_a_cell_in_the_collocation_form(points, depth):
+    """A support reaches farther than the next points; 8 to 11,000 m/s when wet points alone were counted."""
+    x, _ = points.coordinates
+    flat = np.zeros(points.shape)
+    film = np.where(x < 20, depth, 0.0)
+    scene = solver.Scene(
+        points, BRINK, film, flat, flat, solver.Coulomb(0.0), scheme=solver.Collocation(), boundaries=WALLS
+    )
+    assert 0 < fastest_after_one_step(scene) < FALL
+
+
 @pytest.mark.parametrize("points", [LATTICE, CLOUD], ids=["lattice", "cloud"])
 def test_what_a_given_depth_sends_on_to_a_dry_slope_falls_by_a_cell_in_its_first_step(points):
     flat = np.zeros(points.shape)
