@@ -141,7 +141,7 @@ def complete(
     kinds: set[Kind] = set()
     with ExitStack() as stack:
         with stages(console, "prepare"):
-            made = _shared(scenarios, out, replaced, retry_failed, console)
+            made = _shared(scenarios, out, replaced, retry_failed, console, count)
         for scenario, runs, shared in made:
             kinds |= shared.kinds
             path = store_path(out, scenario.name)
@@ -200,6 +200,7 @@ def _shared(
     replaced: Container[str],
     retry_failed: bool,
     console: Console,
+    count: int | None,
 ) -> list[tuple[Scenario, Runs, SharedPoints]]:
     """Make the points of scenarios that have something left to do, before anything is written."""
     made = []
@@ -208,7 +209,9 @@ def _shared(
         path = store_path(out, scenario.name)
         if scenario.name in replaced or not is_made(path) or pending(path, retry_failed).any():
             open_ones.append((scenario, None if scenario.name in replaced else path))
-    for scenario in settled_together(open_ones, partial(console.print, highlight=False)):
+    searched = any(scenario.settings.domain is None for scenario, _ in open_ones)
+    threads = (count or cores()) if searched else 1
+    for scenario in settled_together(open_ones, partial(console.print, highlight=False), threads):
         runs = expand(scenario)
         # all runs have one scheme, unless it is swept
         swept = any(key.startswith("scheme.") for key in scenario.settings.varied)

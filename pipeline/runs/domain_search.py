@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Hashable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from math import ceil, floor
 
 import numpy as np
@@ -62,12 +63,14 @@ class _Box:
         )
 
 
-def settled(scenario: Scenario, path: Location | None, tell: Callable[[str], None]) -> Scenario:
+def settled(
+    scenario: Scenario, path: Location | None, tell: Callable[[str], None], threads: int = 1
+) -> Scenario:
     """Give a scenario with a domain: its own, that of its store, or one found from the flow.
 
     Every run is done on a lattice of wider spacing without sides, which is made larger until the flow of none
     reaches its edge; the domain holds the largest extent of all, with a margin. On an elevation model it ends
-    where that does.
+    where that does. The domain does not depend on the number of threads.
 
     Parameters
     ----------
@@ -77,18 +80,20 @@ def settled(scenario: Scenario, path: Location | None, tell: Callable[[str], Non
         Its store, where that may be there and holds what is asked for.
     tell : callable
         Told the domain that was found.
+    threads : int
+        Runs that are done at once.
 
     Raises
     ------
     BadInput
         If the flow does not end within as many points as a scenario may have.
     """
-    (found,) = settled_together([(scenario, path)], tell)
+    (found,) = settled_together([(scenario, path)], tell, threads)
     return found
 
 
 def settled_together(
-    scenarios: Sequence[tuple[Scenario, Location | None]], tell: Callable[[str], None]
+    scenarios: Sequence[tuple[Scenario, Location | None]], tell: Callable[[str], None], threads: int = 1
 ) -> list[Scenario]:
     """Give scenarios with domains, each as `settled` does.
 
@@ -101,6 +106,8 @@ def settled_together(
         Each with its store, where that may be there.
     tell : callable
         Told the domains that were found.
+    threads : int
+        Runs that are done at once.
 
     Raises
     ------
@@ -109,7 +116,7 @@ def settled_together(
     """
     known = [scenario if path is None else on_known_domain(scenario, path) for scenario, path in scenarios]
     boxes = {
-        number: _found(scenario, tell)
+        number: _found(scenario, tell, threads)
         for number, scenario in enumerate(known)
         if scenario.settings.domain is None
     }
@@ -166,7 +173,7 @@ def _told_of(scenario: Scenario) -> Iterator[None]:
         raise BadInput([document.mistake(("terrain", "elevation"), str(error))]) from None
 
 
-@lru_cache(maxsize=2)
+@lru_cache(maxsize=8)
 def _read(ground: Ground, x: Pair, y: Pair, reach: float) -> Ground:
     """Read the rasters around a box, once for the runs that fit in it."""
     return ground.within(Domain(x=x, y=y), reach)
@@ -196,7 +203,7 @@ def _shares_cells(scenario: Scenario) -> Hashable | None:
     return ground.extent, getattr(scenario.settings.points, "spacing", None)
 
 
-def _found(scenario: Scenario, tell: Callable[[str], None]) -> _Box:
+def _found(scenario: Scenario, tell: Callable[[str], None], threads: int) -> _Box:
     """Find the domain of a scenario from its flow."""
     runs = expand(scenario)
     releases = [_extent(run) for run in (runs if _released_anew(scenario) else runs[:1])]
@@ -209,10 +216,17 @@ def _found(scenario: Scenario, tell: Callable[[str], None]) -> _Box:
     around, flow = _clipped(_grown(box, wide, np.ones(4, bool)), scenario), box
     count = f"{len(runs):,} run{'s' * (len(runs) > 1)}"
     tell(f"{scenario.name}: looking for the domain by {count} on {wide:g} m")
-    for run in runs:
-        _log.info("%s: domain, run %d of %d", scenario.name, run.index + 1, len(runs))
-        around, x, y = _flow(scenario, run, around, wide)
-        flow = flow.holding(x, y)
+    with ThreadPoolExecutor(threads, "domain") as pool:
+        done = 0
+        while done < len(runs):
+            # rounds of 1, 1, 2, 4, ... runs: all of a round begin with what held the flow of those before
+            some = runs[done : max(1, 2 * done)]
+            _shared(scenario, around, wide)
+            began = around
+            for lattice, x, y in pool.map(partial(_flow, scenario, around=began, wide=wide), some):
+                done += 1
+                _log.info("%s: domain, run %d of %d", scenario.name, done, len(runs))
+                around, flow = around.holding(lattice.x, lattice.y), flow.holding(x, y)
     domain = _rounded(scenario, flow, spacing, wide)
     tell(f"{scenario.name}: domain x {list(domain.x)}, y {list(domain.y)} m, found by {count} on {wide:g} m")
     for line in doubts(scenario, runs, flow.x, domain):
@@ -270,8 +284,7 @@ def _flow(scenario: Scenario, run: Run, around: _Box, wide: float) -> tuple[_Box
         points = settings.points.model_copy(update={"spacing": wide})
         settings = settings.model_copy(update={"points": points})
     while True:
-        x, y = (_whole_cells(side, wide, ground) for side in (around.x, around.y))
-        lattice = Lattice(x, y, wide)
+        lattice = _lattice(ground, around, wide)
         if len(lattice.x_points) * len(lattice.y_points) > MOST_POINTS:
             document = parse(scenario.text, str(scenario.path))
             low, high = around.x
@@ -280,12 +293,7 @@ def _flow(scenario: Scenario, run: Run, around: _Box, wide: float) -> tuple[_Box
             )
             raise BadInput([document.mistake(("domain",), found)])
         here = settings.model_copy(update={"domain": Domain(x=around.x, y=around.y)})
-        shared = SharedPoints(lattice, {}, frozenset())
-        if ground is not None:
-            with _told_of(scenario):
-                read = _read(ground, around.x, around.y, 2 * wide)
-            shared = replace(shared, rasters=read.rasters, depths=read.depths)
-        prepared = build_scene(replace(run, settings=here), shared)
+        prepared = build_scene(replace(run, settings=here), _shared(scenario, around, wide))
         ends = prepared.times[[0, -1]]
         wet = simulate(prepared.scene, ends, arrival_depth=prepared.threshold, frames=()).max_depth > 0
         sides = (wet[:, :CLEAR], wet[:, -CLEAR:], wet[:CLEAR], wet[-CLEAR:])
@@ -297,6 +305,21 @@ def _flow(scenario: Scenario, run: Run, around: _Box, wide: float) -> tuple[_Box
         around = larger
     along, across = lattice.x_points[wet.any(0)], lattice.y_points[wet.any(1)]
     return around, (float(along[0]), float(along[-1])), (float(across[0]), float(across[-1]))
+
+
+def _lattice(ground: Ground | None, around: _Box, wide: float) -> Lattice:
+    x, y = (_whole_cells(side, wide, ground) for side in (around.x, around.y))
+    return Lattice(x, y, wide)
+
+
+def _shared(scenario: Scenario, around: _Box, wide: float) -> SharedPoints:
+    """Give what the runs within a box share, rasters of an elevation model read once."""
+    shared = SharedPoints(_lattice(scenario.ground, around, wide), {}, frozenset())
+    if scenario.ground is None:
+        return shared
+    with _told_of(scenario):
+        read = _read(scenario.ground, around.x, around.y, 2 * wide)
+    return replace(shared, rasters=read.rasters, depths=read.depths)
 
 
 def _whole_cells(side: Pair, wide: float, ground: Ground | None) -> Pair:

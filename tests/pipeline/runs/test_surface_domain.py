@@ -1,5 +1,6 @@
 """Domains on elevation models that a scenario gives none for: found from the flow, on the model's cells."""
 
+import threading
 from types import SimpleNamespace
 
 import numpy as np
@@ -226,3 +227,19 @@ def test_doubts_of_every_elevation_model_are_told_once_the_domain_is_found(folde
         line for line in lines if ": later.tif: " in line
     ]
     assert any("of the domain have no data; what flows there has left" in line for line in lines)
+
+
+def test_it_does_not_depend_on_how_many_runs_are_done_at_once(folder, monkeypatch):
+    text = TEXT + "sweep: {material.bed_friction: [28, 26, 24, 22, 20, 18, 16]}\n"
+    (scenario,) = load([written(folder, text, NONE)])
+    alone = domain_search.settled(scenario, None, lambda line: None)
+    simulate, threads = domain_search.simulate, set()
+
+    def noting(*given, **named):
+        threads.add(threading.get_ident())
+        return simulate(*given, **named)
+
+    monkeypatch.setattr(domain_search, "simulate", noting)
+    together = domain_search.settled(scenario, None, lambda line: None, threads=2)
+    assert len(threads) == 2
+    assert together.settings.domain == alone.settings.domain
