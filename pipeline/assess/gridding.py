@@ -14,7 +14,7 @@ from scipy.interpolate import make_interp_spline
 
 from pipeline.assess.frames import on_surface
 from pipeline.settings.section import Pair
-from pipeline.store.variables import COORDINATES, SURFACE_COORDINATES
+from pipeline.store.variables import COORDINATES, GROUND, SURFACE_COORDINATES
 
 if TYPE_CHECKING:
     from solver.lmls.gridding import Gridding
@@ -83,6 +83,7 @@ def _with_ground(result: xr.Dataset, store: xr.Dataset, grid: Gridding) -> xr.Da
     for name, given, times in (
         ("elevation", store.get("elevation"), 1.0),
         ("area", steepness, grid.lattice.cell_area),
+        ("vertical_extent", store.get("vertical_extent"), 1.0),
     ):
         if given is None:
             continue
@@ -95,7 +96,7 @@ def _with_ground(result: xr.Dataset, store: xr.Dataset, grid: Gridding) -> xr.Da
         dims = (*given.dims[:-1], "y", "x")
         held = np.array(laid) if given.ndim > 1 else laid[0]
         result[name] = (dims, held, store[name].attrs)
-    return result.set_coords([name for name in ("elevation", "area") if name in store.coords])
+    return result.set_coords([name for name in GROUND if name in store.coords])
 
 
 def _filled(values: Array) -> Array:

@@ -60,7 +60,8 @@ def implausible(prepared: Prepared, result: Result) -> list[str]:
 def profile_values(prepared: Prepared) -> dict[str, NDArray[np.float64]]:
     """Elevation and horizontal distance at the points of a cloud or along those of a lattice, (nx,), m.
 
-    On an elevation model elevation, m, and area on the bed, m2, of the cells, of the shape of the points.
+    On an elevation model of the cells, of the shape of the points: elevation, m, area on the bed, m2, and that over
+    the area in plan.
     """
     return _profile_values(prepared.terrain, prepared.scene.points)
 
@@ -75,7 +76,8 @@ def _profile_values(
             if isinstance(points, Lattice)
             else terrain.elevation_at(*points.control_volumes.centroid.T)
         )
-        return {"elevation": elevation, "area": area_on_bed(terrain, points)}
+        area = area_on_bed(terrain, points)
+        return {"elevation": elevation, "area": area, "vertical_extent": area / points.cell_area}
     x = points.x_points if isinstance(points, Lattice) else points.coordinates[0]
     return {"elevation": terrain.elevation(x), "horizontal_distance": terrain.horizontal_distance(x)}
 

@@ -22,6 +22,7 @@ from pipeline.store.variables import (
     BUILDING,
     CHOSEN_FOR,
     CHOSEN_FROM,
+    GROUND,
     RETURN_PERIOD,
     SECTION_COORDINATES,
     SECTIONS,
@@ -61,7 +62,7 @@ def profile(scenario: Scenario) -> tuple[Variable, ...]:
     return tuple(
         replace(v, dims=("run", *v.dims))
         for v in coordinates(cloud, on_surface)
-        if v.name in ("elevation", "area" if on_surface else "horizontal_distance")
+        if v.name in (GROUND if on_surface else ("elevation", "horizontal_distance"))
     )
 
 

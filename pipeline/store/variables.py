@@ -337,7 +337,16 @@ SURFACE_COORDINATES = (
         "elevation", _CELL, "float64", "m", "elevation of the bed", attributes={"positive": "up"}
     ).on_surface(),
     Variable("area", _CELL, "float64", "m2", "area of the cell on the bed").on_surface(),
+    Variable(
+        "vertical_extent",
+        _CELL,
+        "float64",
+        "1",
+        "vertical extent of a layer over its depth normal to the bed, area on the bed over area in plan",
+    ).on_surface(),
 )
+# of an elevation model, which runs may differ in
+GROUND = ("elevation", "area", "vertical_extent")
 
 
 _AT_SECTION = ("run", "section")

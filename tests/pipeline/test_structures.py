@@ -143,6 +143,7 @@ class TestStore:
     def test_a_swept_height_has_a_bed_of_each_run_and_none_is_no_dam(self, place):
         with opened(place, "swept") as store, opened(place, "without") as plain:
             assert store["elevation"].dims == store["area"].dims == ("run", "y", "x")
+            np.testing.assert_array_equal(store["vertical_extent"] * 16, store["area"])
             np.testing.assert_array_equal(store["elevation"][0], plain["elevation"])
             np.testing.assert_array_equal(store["area"][0], plain["area"])
             assert float((store["elevation"][1] - store["elevation"][0]).max()) > 4

@@ -104,6 +104,8 @@ class TestStore:
             np.testing.assert_allclose(store["volume_released"], [1000, 1000, 2500, 2500], rtol=1e-12)
             assert float(abs(store["volume_error"]).max()) < 1e-14
             assert float(store["area"].min()) >= SIDE**2
+            vertical = store["depth"].isel(time=0).astype(float) * store["vertical_extent"]
+            np.testing.assert_allclose(vertical.sum(("y", "x")) * SIDE**2, held, rtol=1e-12)
 
     def test_reach_and_drop_are_from_the_crown_to_the_toe(self, place):
         with xr.open_zarr(place / "small.zarr", consolidated=False) as store:

@@ -105,6 +105,7 @@ def test_on_a_lattice_it_has_the_ground_of_the_elevation_model(even, lattice):
     steep = lattice["area"].interp(x=found["x"], y=found["y"]) / 25
     cell = float(found["x"].diff("x").mean() * found["y"].diff("y").mean())
     np.testing.assert_allclose(found["area"][inside] / cell, steep[inside], atol=0.03)
+    np.testing.assert_allclose(found["vertical_extent"], found["area"] / cell, rtol=1e-12)
 
 
 def test_what_is_followed_is_about_that_of_a_lattice(even, lattice):
