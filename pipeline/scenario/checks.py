@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from itertools import pairwise
-from math import hypot, isfinite, prod
+from math import isfinite
 from pathlib import Path as FilePath
 from typing import Any, TypeVar
 
@@ -17,50 +16,43 @@ from pipeline.inputs.elevation_table import ElevationTable
 from pipeline.inputs.ground import Ground
 from pipeline.inputs.hydrograph_table import HydrographTable
 from pipeline.inputs.point_file import PointFile
-from pipeline.inputs.polygons import crossing, reaches
 from pipeline.mistakes import BadInput, Mistake, Problem
 from pipeline.readable import percent
 from pipeline.scenario import endless, solver_objects, structures
-from pipeline.scenario.design import share_within
-from pipeline.scenario.ground import OUTSIDE, GroundCheck
-from pipeline.scenario.places import on_bed, on_no_data, part_inside, receptors_on_bed
-from pipeline.scenario.plausibility import of_depths, of_hydrograph, reversed_periods, unusual
+from pipeline.scenario.ground import GroundCheck
+from pipeline.scenario.places import (
+    crossing_structures,
+    erodible_outside,
+    lost,
+    on_bed,
+    on_no_data,
+    receptors_on_bed,
+    receptors_outside,
+    varied_places,
+    wrong_zones,
+    wrongly_on_map,
+)
+from pipeline.scenario.plausibility import doubtful, of_depths, of_hydrograph, unusual
 from pipeline.scenario.schema_errors import check
 from pipeline.scenario.strict_yaml import Document, Path
 from pipeline.scenario.sweep_checks import check_design, periods_of_polygons, twice_named
 from pipeline.settings.hazard import Georeference
 from pipeline.settings.physics import AnyTerrain
 from pipeline.settings.points import FilePoints
-from pipeline.settings.sample import power_of_two
-from pipeline.settings.section import Pair
 from pipeline.settings.settings import (
-    MATERIAL_DENSITY,
     MOST_FRAMES,
     MOST_SAMPLES,
     OF_POLYGONS,
     Settings,
 )
-from pipeline.settings.structures import PLACE, place_of
-from pipeline.store.variables import ERODED
 from solver.physics.elevation import ElevationModel
 from solver.physics.terrain import SlopeProfile
-from solver.release.shapes import Release
 
 T = TypeVar("T")
 # of the length of a table
 LARGE_SMOOTHING = 0.25
-SIMPLE = "expected corners of a simple polygon"
-
-FOR_RECEPTORS = ("max_depth", "max_speed", "arrival_time")
-FOR_MAPS = frozenset(("max_depth", "max_speed", "max_momentum_flux"))
 # of a volume
 ROUND_OFF = 1e-9
-# of a distribution that bounds cut off
-LEAST_SHARE = 1e-4
-# of a level
-FEW_POINTS = 50
-# of a cell
-SHORT = 0.5
 
 
 @dataclass
@@ -157,7 +149,7 @@ class _Judge:
 
     def _problems(self, settings: Settings) -> list[Problem]:
         problems = self._table(settings) + self._points(settings) + self._hydrographs(settings)
-        problems += _zones(settings) + _crossing_structures(settings)
+        problems += wrong_zones(settings) + crossing_structures(settings)
         self.unusual |= unusual(settings)
         self.ground = settings.georeference
         if any(name not in self.hydrographs for name in settings.hydrograph_files):
@@ -246,10 +238,10 @@ class _Judge:
             related: tuple[Path, ...] = (("domain",), ("material",), ("terrain",), ("time",), ("release",))
             return [Problem(("domain",), found, related=related)]
         extent = solver_objects.extent(settings)
-        problems = self._structures(settings) + _erodible(settings, extent)
+        problems = self._structures(settings) + erodible_outside(settings, extent)
         for i, release in enumerate(solver_objects.releases(settings)):
             path: Path = ("release", i) if isinstance(settings.release, tuple) else ("release",)
-            whole, part = _lost(replace(release, volume=None, velocity=(0.0, 0.0)), extent)
+            whole, part = lost(replace(release, volume=None, velocity=(0.0, 0.0)), extent)
             if part >= 1:
                 (x0, x1), (y0, y1) = settings.domain.x, settings.domain.y
                 found = (
@@ -276,65 +268,20 @@ class _Judge:
 
     def for_all_runs(self, settings: Settings) -> list[Problem]:
         """List what is wrong with what is said of all runs; receptors are in coordinates of the bed."""
-        problems = [] if settings.georeference is None else self._on_map(settings, settings.georeference)
-        if settings.on_surface and "terrain.crs" in settings.varied:
-            name = "terrain.crs"
-            kind = "sweep" if name in settings.sweep else "sample"
-            at: Path = (kind, name) if kind == "sweep" else ("sample", "values", name)
-            found = "expected one reference system for all runs, found several; write a scenario for each"
-            problems.append(Problem(at, found))
-        for name in settings.varied:
-            if name.startswith("structures.") and name.rpartition(".")[2] in PLACE:
-                kind = "sweep" if name in settings.sweep else "sample"
-                at = (kind, name) if kind == "sweep" else ("sample", "values", name)
-                found = "expected one place for all runs, found several; write a scenario for each to compare"
-                problems.append(Problem(at, found))
+        problems = [] if settings.georeference is None else wrongly_on_map(settings, settings.georeference)
+        problems += varied_places(settings)
         domain = settings.domain
         if not isinstance(settings.receptors, tuple):
             receptors = self.map_files.receptors(settings)
             problems += [receptors] if isinstance(receptors, Problem) else []
-        for i, receptor in enumerate(() if self.map_files.from_file else settings.places):
-            if receptor.polygon is not None and (why := crossing(receptor.polygon)):
-                problems.append(Problem(("receptors", i, "polygon"), f"{SIMPLE}, found {why}"))
-        listed = settings.places if domain is not None and not self.map_files.from_file else ()
-        for i, receptor in enumerate(listed):
-            assert domain is not None
-            part = part_inside(receptor, domain)
-            path: Path = ("receptors", i)
-            bounds = "x [{:.12g}, {:.12g}] and y [{:.12g}, {:.12g}]".format(*domain.x, *domain.y)
-            if part == 0:
-                x, y = receptor.corners[0]
-                found = f"expected places in the domain, {bounds}, found [{x:.12g}, {y:.12g}]"
-                if settings.on_surface and domain.holds(y, x):
-                    found += "; exchange them: eastings come first"
-                problems.append(Problem(path, found))
-            elif part < 1:
-                self.cut[path] = f"sticks out of the domain, {bounds}; the part inside counts"
+        if not self.map_files.from_file:
+            wrong, cut = receptors_outside(settings)
+            problems += wrong
+            self.cut |= cut
         if domain is not None and self.map_files.held is not None:
             raster = next(iter(self.map_files.held.rasters.values()))
             for line in on_no_data(settings.places, raster):
                 self.cut["receptors",] = line
-        return problems
-
-    def _on_map(self, settings: Settings, ground: Georeference) -> list[Problem]:
-        """List what is wrong with a georeference and what is given in its coordinates."""
-        problems = []
-        doubt = reference_system.doubt(ground)
-        if doubt is not None:
-            name, found = doubt
-            problems.append(Problem(("georeference", name), found))
-        varied = [key.split(".") for key in settings.varied]
-        for kind in ("receptors", "releases"):
-            path: Path = ("georeference", kind)
-            if getattr(ground, kind) != "map":
-                continue
-            if any(first == "terrain" for first, *_ in varied):
-                problems.append(Problem(path, "expected bed, as the terrain is varied, found map"))
-            elif kind == "releases" and any("centre" in parts for parts in varied):
-                problems.append(Problem(path, "expected bed, as a centre is varied, found map"))
-        if ground.releases == "map" and any(not hasattr(each, "centre") for each in settings.releases):
-            found = "expected bed, as a box has no centre and lies along the bed, found map"
-            problems.append(Problem(("georeference", "releases"), found))
         return problems
 
     def warnings(self, settings: Settings) -> list[tuple[Path, str]]:
@@ -360,17 +307,10 @@ class _Judge:
             (path, f"{percent(share)} of the volume come in after the end of the run, and are left out")
             for path, share in self.late.items()
         ]
-        drawn = [
-            *_far_out(settings),
-            *_uneven(settings),
-            *_weak_levels(settings),
-            *reversed_periods(settings),
-        ]
         depths = {} if self.map_files.held is None else self.map_files.held.depths
         raster = [told for each in depths.values() for told in of_depths(each.elevation)]
         odd = [*self.unusual.items(), *raster]
-        kept = [*_left_out(settings), *_densities(settings), *_odd_sections(settings)]
-        found = [*files, *lost, *short, *odd, *late, *self.cut.items(), *kept, *drawn]
+        found = [*files, *lost, *short, *odd, *late, *self.cut.items(), *doubtful(settings)]
         return [(self._written(path), told) for path, told in found]
 
     def _points(self, settings: Settings) -> list[Problem]:
@@ -474,58 +414,6 @@ def _too_many(settings: Settings) -> list[Problem]:
     return found
 
 
-def _erodible(settings: Settings, extent: tuple[Pair, Pair]) -> list[Problem]:
-    """List what is wrong with where the bed of a slope profile is erodible."""
-    bed = settings.erodible_bed
-    if bed is None or bed.region is None:
-        return []
-    sides = zip((bed.region.x, bed.region.y), extent, strict=True)
-    if all(low < end and start < high for (low, high), (start, end) in sides):
-        return []
-    (x0, x1), (y0, y1) = settings.bounds.x, settings.bounds.y
-    found = (
-        f"expected an erodible bed inside the domain, x [{x0:.12g}, {x1:.12g}] and y [{y0:.12g}, {y1:.12g}], "
-        "found a region outside it"
-    )
-    path: Path = ("erodible_bed", "region")
-    return [Problem(path, found, related=(path, ("domain",)))]
-
-
-@lru_cache(maxsize=1024)
-def _lost(shape: Release, extent: tuple[Pair, Pair]) -> tuple[float, float]:
-    """Volume of a release, m3, and the part of it outside the domain, 1 where nothing is inside."""
-    whole, outside = shape.shape_volume, shape.volume_outside(*extent)
-    if not (isfinite(whole) and isfinite(outside)):
-        raise OverflowError("a volume that is no finite number")
-    return whole, outside / whole
-
-
-def _zones(settings: Settings) -> list[Problem]:
-    """List what is wrong with the corners of zones."""
-    found, domain = [], settings.domain
-    for i, zone in enumerate(settings.zones):
-        path: Path = ("material", "zones", i, "polygon")
-        if not isinstance(zone.polygon, tuple):
-            continue
-        if why := crossing(zone.polygon):
-            found.append(Problem(path, f"{SIMPLE}, found {why}"))
-        elif domain is not None and not reaches(
-            [[solver_objects.counter_clockwise(np.array(zone.polygon))]], domain.x, domain.y
-        ):
-            found.append(Problem(path, OUTSIDE, related=(path, ("domain",))))
-    return found
-
-
-def _crossing_structures(settings: Settings) -> list[Problem]:
-    """List the basins and buildings whose corners are no simple polygon."""
-    found = []
-    for i, structure in enumerate(settings.structures):
-        name, place = place_of(structure)
-        if name == "polygon" and not isinstance(place, str) and (why := crossing(place)):
-            found.append(Problem(("structures", i, name), f"{SIMPLE}, found {why}"))
-    return found
-
-
 @lru_cache(maxsize=1024)
 def _slope(terrain: AnyTerrain, table: ElevationTable | None) -> SlopeProfile:
     return solver_objects.slope(terrain, table)
@@ -534,126 +422,3 @@ def _slope(terrain: AnyTerrain, table: ElevationTable | None) -> SlopeProfile:
 def _length(terrain: AnyTerrain, table: ElevationTable) -> float:
     """Arc length that a table covers, m."""
     return float(getattr(_slope(terrain, table), "length", float("inf")))
-
-
-def _left_out(settings: Settings) -> list[tuple[Path, str]]:
-    """Say what ``output.fields`` leaves out that receptors, maps or a calibration need."""
-    kept, path = set(settings.output.fields), ("output", "fields")
-    found: list[tuple[Path, str]] = []
-    needed = [name for name in FOR_RECEPTORS if name not in kept]
-    if settings.places and needed:
-        found.append((path, f"leaves out {', '.join(needed)}, without which receptors have no results"))
-    if settings.places and settings.erodible_bed is not None and not kept & {*ERODED}:
-        told = f"leaves out {' and '.join(ERODED)}: receptors will not say what is eroded there"
-        found.append((path, told))
-    asked = settings.hazard.model_fields_set
-    mapped = {"depth": "max_depth", "speed": "max_speed", "pressure": "max_speed"}
-    mapped |= {"momentum_flux": "max_momentum_flux", "intensity": "max_depth"}
-    if settings.erodible_bed is not None:
-        mapped["erosion_depth"] = "erosion_depth"
-    elif "erosion_depth" in asked and settings.hazard.erosion_depth:
-        told = "nothing is eroded without an erodible_bed, so that there are no such maps"
-        found.append((("hazard", "erosion_depth"), told))
-    wanted = dict.fromkeys(mapped[name] for name in mapped if name in asked)
-    needed = [name for name in wanted if name not in kept]
-    if needed:
-        found.append((path, f"leaves out {', '.join(needed)}, which the maps asked for under hazard need"))
-    if "deposit_depth" not in kept:
-        found.append((path, "leaves out deposit_depth, which a calibration needs"))
-    if not kept & FOR_MAPS:
-        found.append((path, "leaves out all maxima, so that there is nothing to map"))
-    return found
-
-
-def _odd_sections(settings: Settings) -> list[tuple[Path, str]]:
-    """Say which sections or samples at them are hardly meant."""
-    found: list[tuple[Path, str]] = []
-    lines = [(("inflow", i, "section"), each.section) for i, each in enumerate(settings.inflow)]
-    for i, (path, line) in enumerate(lines):
-        for other, before in lines[:i]:
-            if line in (before, before[::-1]):
-                found.append((path, f"the line is that of inflow.{other[1]} too: both come in there"))
-    lines += [(("sections", i, "line"), each.line) for i, each in enumerate(settings.sections)]
-    spacing = getattr(settings.points, "spacing", None)
-    for path, line in lines:
-        length = sum(hypot(x1 - x0, y1 - y0) for (x0, y0), (x1, y1) in pairwise(line))
-        if spacing is not None and length < spacing * SHORT:
-            told = f"{length:.3g} m are less than {SHORT:g} of a cell, {spacing:g} m"
-            found.append((path, f"{told}: the section is as wide as the cells that it parts"))
-    every, end = settings.output.section_every, settings.time.end
-    if every is not None and end is not None and every > end and settings.sections:
-        found.append((("output", "section_every"), f"{every:g} s are longer than the run, {end:g} s"))
-    return found
-
-
-def _densities(settings: Settings) -> list[tuple[Path, str]]:
-    """Say where pressures are of another density than the flow."""
-    asked, own = settings.hazard.density, getattr(settings.material, "density")  # noqa: B009
-    if asked is None:
-        return []
-    said = f"pressures are computed with {asked:g} kg m-3 in all runs"
-    if MATERIAL_DENSITY in settings.varied:
-        other = f"{MATERIAL_DENSITY} differs between the runs"
-    elif own is not None and own != asked:
-        other = f"{MATERIAL_DENSITY} is {own:g}"
-    else:
-        return []
-    return [(("hazard", "density"), f"{said}, but {other}: leave it out for the density of each run")]
-
-
-def _far_out(settings: Settings) -> list[tuple[Path, str]]:
-    """Say which distributions are cut off so that next to nothing of them is left."""
-    values = {} if settings.sample is None else settings.sample.values
-    return [
-        (
-            ("sample", "values", key),
-            f"its bounds hold {share:.2g} of the distribution: check mean, deviation and bounds",
-        )
-        for key, distribution in values.items()
-        if (share := share_within(distribution)) < LEAST_SHARE
-    ]
-
-
-def _uneven(settings: Settings) -> list[tuple[Path, str]]:
-    """Say where Sobol's sequence is broken off between two of its balanced counts."""
-    sample = settings.sample
-    if sample is None or sample.design != "sobol":
-        return []
-    at: list[tuple[Path, int]] = [(("sample", "count"), sample.count)]
-    if sample.levels:
-        at = [(("sample", "levels", i, "count"), each.count) for i, each in enumerate(sample.levels)]
-    # which levels do not take
-    other = "" if sample.levels else ", or design: latin-hypercube"
-    found = []
-    for path, count in at:
-        if not power_of_two(count):
-            below = 1 << (count.bit_length() - 1)
-            even = f"Sobol's sequence covers the space evenly at powers of 2: write {below} or {2 * below}"
-            found.append((path, even + other))
-    return found
-
-
-def _weak_levels(settings: Settings) -> list[tuple[Path, str]]:
-    """Say which levels are too few runs for `pipeline emulate`, or too few points for anything."""
-    if settings.sample is None or not settings.sample.levels or settings.domain is None:
-        return []
-    # which imports SciPy
-    from solver.emulator import support
-
-    found: list[tuple[Path, str]] = []
-    entries, inputs = prod(map(len, settings.sweep.values())), len(settings.varied)
-    (x0, x1), (y0, y1) = settings.domain.x, settings.domain.y
-    for i, level in enumerate(settings.sample.levels):
-        path: Path = ("sample", "levels", i)
-        few = (
-            support.of_pairs(entries * level.count)[1]
-            if i
-            else support.of_runs(entries * level.count, inputs)
-        )
-        if few:
-            found.append(((*path, "count"), f"`pipeline emulate` will say: {few}"))
-        points = settings.points.model_copy(update={"spacing": level.spacing}).estimate(x1 - x0, y1 - y0)
-        if points < FEW_POINTS:
-            told = f"a spacing of {level.spacing:g} m gives about {points:.0f} points, which tell nothing"
-            found.append(((*path, "spacing"), f"{told}: take a smaller one"))
-    return found

@@ -17,7 +17,7 @@ from pipeline.inputs.reference_system import called, elsewhere, same, stretched
 from pipeline.mistakes import Problem
 from pipeline.readable import percent
 from pipeline.scenario import solver_objects, structures
-from pipeline.scenario.places import listed, near, off_the_model, part_inside
+from pipeline.scenario.places import OUTSIDE, listed, near, off_the_model, part_inside
 from pipeline.scenario.plausibility import DEEP, too_deep
 from pipeline.scenario.solver_objects import Outlines
 from pipeline.scenario.strict_yaml import Path
@@ -32,7 +32,6 @@ from solver.release.polygons import PolygonRelease, polygon_shares, ring_area
 # Spacings that are finer than the elevation model by more than this show nothing more of the ground.
 FINER = 4.0
 LONGEST_NAME = 100
-OUTSIDE = "expected a zone in the domain, found one outside, which changes nothing"
 
 
 class GroundCheck:

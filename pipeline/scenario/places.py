@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import lru_cache
 from itertools import pairwise
+from math import isfinite
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.inputs.elevation_raster import ElevationRaster, RasterExtent
 from pipeline.inputs.ground import clipped
-from pipeline.inputs.reference_system import called
+from pipeline.inputs.polygons import crossing, reaches
+from pipeline.inputs.reference_system import called, doubt
 from pipeline.mistakes import Problem
 from pipeline.scenario import solver_objects, structures
 from pipeline.scenario.solver_objects import Outlines
@@ -19,11 +22,15 @@ from pipeline.settings.hazard import Georeference
 from pipeline.settings.receptor import Receptor
 from pipeline.settings.section import Pair
 from pipeline.settings.settings import Domain, Settings
-from pipeline.settings.structures import place_of
+from pipeline.settings.structures import PLACE, place_of
 from pipeline.settings.surface import PolygonsRelease
 from solver.physics.terrain import SlopeProfile
+from solver.release.shapes import Release
 
 Array = NDArray[np.float64]
+
+SIMPLE = "expected corners of a simple polygon"
+OUTSIDE = "expected a zone in the domain, found one outside, which changes nothing"
 
 # cells around what a scenario has to hold that are looked at as long as its domain is not known
 CELLS_AROUND = 10
@@ -233,3 +240,113 @@ def _holds(corners: Sequence[Pair], place: Pair) -> bool:
         if (y0 > y) != (y1 > y) and x < x0 + (y - y0) * (x1 - x0) / (y1 - y0):
             odd = not odd
     return odd
+
+
+def wrong_zones(settings: Settings) -> list[Problem]:
+    """List what is wrong with the corners of zones."""
+    found, domain = [], settings.domain
+    for i, zone in enumerate(settings.zones):
+        path: Path = ("material", "zones", i, "polygon")
+        if not isinstance(zone.polygon, tuple):
+            continue
+        if why := crossing(zone.polygon):
+            found.append(Problem(path, f"{SIMPLE}, found {why}"))
+        elif domain is not None and not reaches(
+            [[solver_objects.counter_clockwise(np.array(zone.polygon))]], domain.x, domain.y
+        ):
+            found.append(Problem(path, OUTSIDE, related=(path, ("domain",))))
+    return found
+
+
+def crossing_structures(settings: Settings) -> list[Problem]:
+    """List the basins and buildings whose corners are no simple polygon."""
+    found = []
+    for i, structure in enumerate(settings.structures):
+        name, place = place_of(structure)
+        if name == "polygon" and not isinstance(place, str) and (why := crossing(place)):
+            found.append(Problem(("structures", i, name), f"{SIMPLE}, found {why}"))
+    return found
+
+
+def erodible_outside(settings: Settings, extent: tuple[Pair, Pair]) -> list[Problem]:
+    """List what is wrong with where the bed of a slope profile is erodible."""
+    bed = settings.erodible_bed
+    if bed is None or bed.region is None:
+        return []
+    sides = zip((bed.region.x, bed.region.y), extent, strict=True)
+    if all(low < end and start < high for (low, high), (start, end) in sides):
+        return []
+    (x0, x1), (y0, y1) = settings.bounds.x, settings.bounds.y
+    found = (
+        f"expected an erodible bed inside the domain, x [{x0:.12g}, {x1:.12g}] and y [{y0:.12g}, {y1:.12g}], "
+        "found a region outside it"
+    )
+    path: Path = ("erodible_bed", "region")
+    return [Problem(path, found, related=(path, ("domain",)))]
+
+
+@lru_cache(maxsize=1024)
+def lost(shape: Release, extent: tuple[Pair, Pair]) -> tuple[float, float]:
+    """Volume of a release, m3, and the part of it outside the domain, 1 where nothing is inside."""
+    whole, outside = shape.shape_volume, shape.volume_outside(*extent)
+    if not (isfinite(whole) and isfinite(outside)):
+        raise OverflowError("a volume that is no finite number")
+    return whole, outside / whole
+
+
+def wrongly_on_map(settings: Settings, ground: Georeference) -> list[Problem]:
+    """List what is wrong with a georeference and what is given in its coordinates."""
+    problems = []
+    if (doubted := doubt(ground)) is not None:
+        name, found = doubted
+        problems.append(Problem(("georeference", name), found))
+    varied = [key.split(".") for key in settings.varied]
+    for kind in ("receptors", "releases"):
+        path: Path = ("georeference", kind)
+        if getattr(ground, kind) != "map":
+            continue
+        if any(first == "terrain" for first, *_ in varied):
+            problems.append(Problem(path, "expected bed, as the terrain is varied, found map"))
+        elif kind == "releases" and any("centre" in parts for parts in varied):
+            problems.append(Problem(path, "expected bed, as a centre is varied, found map"))
+    if ground.releases == "map" and any(not hasattr(each, "centre") for each in settings.releases):
+        found = "expected bed, as a box has no centre and lies along the bed, found map"
+        problems.append(Problem(("georeference", "releases"), found))
+    return problems
+
+
+def receptors_outside(settings: Settings) -> tuple[list[Problem], dict[Path, str]]:
+    """List what is wrong with receptors of the file, and which stick out of the domain."""
+    problems, cut, domain = [], {}, settings.domain
+    for i, receptor in enumerate(settings.places):
+        if receptor.polygon is not None and (why := crossing(receptor.polygon)):
+            problems.append(Problem(("receptors", i, "polygon"), f"{SIMPLE}, found {why}"))
+    for i, receptor in enumerate(() if domain is None else settings.places):
+        assert domain is not None
+        part = part_inside(receptor, domain)
+        path: Path = ("receptors", i)
+        bounds = "x [{:.12g}, {:.12g}] and y [{:.12g}, {:.12g}]".format(*domain.x, *domain.y)
+        if part == 0:
+            x, y = receptor.corners[0]
+            found = f"expected places in the domain, {bounds}, found [{x:.12g}, {y:.12g}]"
+            if settings.on_surface and domain.holds(y, x):
+                found += "; exchange them: eastings come first"
+            problems.append(Problem(path, found))
+        elif part < 1:
+            cut[path] = f"sticks out of the domain, {bounds}; the part inside counts"
+    return problems, cut
+
+
+def varied_places(settings: Settings) -> list[Problem]:
+    """List varied keys that give runs places of their own, which one store cannot hold."""
+    problems = []
+    for name in settings.varied:
+        what = ""
+        if name == "terrain.crs" and settings.on_surface:
+            what = "expected one reference system for all runs, found several; write a scenario for each"
+        elif name.startswith("structures.") and name.rpartition(".")[2] in PLACE:
+            what = "expected one place for all runs, found several; write a scenario for each to compare"
+        if what:
+            at: Path = ("sweep", name) if name in settings.sweep else ("sample", "values", name)
+            problems.append(Problem(at, what))
+    return problems

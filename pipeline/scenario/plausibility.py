@@ -1,18 +1,22 @@
-"""Values that the schema allows but that are hardly meant: of another unit, or in reversed order."""
+"""What the schema allows but is hardly meant: values of another unit, reversed orders, outputs left out."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from itertools import pairwise
+from math import hypot, prod
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pipeline.scenario import solver_objects
+from pipeline.scenario.design import share_within
 from pipeline.scenario.strict_yaml import Path
-from pipeline.settings.settings import Settings
+from pipeline.settings.sample import power_of_two
+from pipeline.settings.settings import MATERIAL_DENSITY, Settings
 from pipeline.settings.surface import PolygonsRelease
+from pipeline.store.variables import ERODED
 from solver.parameters import parameters
 
 # keys of which a larger value is a larger event
@@ -25,6 +29,15 @@ INFLOW = {"froude": ("", (0.1, 10.0)), "speed": ("m s-1", (0.01, 50.0)), "depth"
 
 # no release is deeper, m
 DEEP = 100.0
+
+FOR_RECEPTORS = ("max_depth", "max_speed", "arrival_time")
+FOR_MAPS = frozenset(("max_depth", "max_speed", "max_momentum_flux"))
+# of a distribution that bounds cut off
+LEAST_SHARE = 1e-4
+# of a level
+FEW_POINTS = 50
+# of a cell
+SHORT = 0.5
 
 
 def unusual(settings: Settings) -> Iterator[tuple[Path, str]]:
@@ -133,3 +146,139 @@ def reversed_periods(settings: Settings) -> Iterator[tuple[Path, str]]:
                 told = f"the larger event, {large:g}, has the shorter return period, {seldom:g} years"
                 yield ("return_periods", key), f"{told} in place of more than {often:g}: check their order"
                 break
+
+
+def doubtful(settings: Settings) -> list[tuple[Path, str]]:
+    """List what holds for all runs and is hardly meant: outputs, densities, sections and designs."""
+    return [
+        *_left_out(settings),
+        *_densities(settings),
+        *_odd_sections(settings),
+        *_far_out(settings),
+        *_uneven(settings),
+        *_weak_levels(settings),
+        *reversed_periods(settings),
+    ]
+
+
+def _left_out(settings: Settings) -> list[tuple[Path, str]]:
+    """Say what ``output.fields`` leaves out that receptors, maps or a calibration need."""
+    kept, path = set(settings.output.fields), ("output", "fields")
+    found: list[tuple[Path, str]] = []
+    needed = [name for name in FOR_RECEPTORS if name not in kept]
+    if settings.places and needed:
+        found.append((path, f"leaves out {', '.join(needed)}, without which receptors have no results"))
+    if settings.places and settings.erodible_bed is not None and not kept & {*ERODED}:
+        told = f"leaves out {' and '.join(ERODED)}: receptors will not say what is eroded there"
+        found.append((path, told))
+    asked = settings.hazard.model_fields_set
+    mapped = {"depth": "max_depth", "speed": "max_speed", "pressure": "max_speed"}
+    mapped |= {"momentum_flux": "max_momentum_flux", "intensity": "max_depth"}
+    if settings.erodible_bed is not None:
+        mapped["erosion_depth"] = "erosion_depth"
+    elif "erosion_depth" in asked and settings.hazard.erosion_depth:
+        told = "nothing is eroded without an erodible_bed, so that there are no such maps"
+        found.append((("hazard", "erosion_depth"), told))
+    wanted = dict.fromkeys(mapped[name] for name in mapped if name in asked)
+    needed = [name for name in wanted if name not in kept]
+    if needed:
+        found.append((path, f"leaves out {', '.join(needed)}, which the maps asked for under hazard need"))
+    if "deposit_depth" not in kept:
+        found.append((path, "leaves out deposit_depth, which a calibration needs"))
+    if not kept & FOR_MAPS:
+        found.append((path, "leaves out all maxima, so that there is nothing to map"))
+    return found
+
+
+def _odd_sections(settings: Settings) -> list[tuple[Path, str]]:
+    """Say which sections or samples at them are hardly meant."""
+    found: list[tuple[Path, str]] = []
+    lines = [(("inflow", i, "section"), each.section) for i, each in enumerate(settings.inflow)]
+    for i, (path, line) in enumerate(lines):
+        for other, before in lines[:i]:
+            if line in (before, before[::-1]):
+                found.append((path, f"the line is that of inflow.{other[1]} too: both come in there"))
+    lines += [(("sections", i, "line"), each.line) for i, each in enumerate(settings.sections)]
+    spacing = getattr(settings.points, "spacing", None)
+    for path, line in lines:
+        length = sum(hypot(x1 - x0, y1 - y0) for (x0, y0), (x1, y1) in pairwise(line))
+        if spacing is not None and length < spacing * SHORT:
+            told = f"{length:.3g} m are less than {SHORT:g} of a cell, {spacing:g} m"
+            found.append((path, f"{told}: the section is as wide as the cells that it parts"))
+    every, end = settings.output.section_every, settings.time.end
+    if every is not None and end is not None and every > end and settings.sections:
+        found.append((("output", "section_every"), f"{every:g} s are longer than the run, {end:g} s"))
+    return found
+
+
+def _densities(settings: Settings) -> list[tuple[Path, str]]:
+    """Say where pressures are of another density than the flow."""
+    asked, own = settings.hazard.density, getattr(settings.material, "density")  # noqa: B009
+    if asked is None:
+        return []
+    said = f"pressures are computed with {asked:g} kg m-3 in all runs"
+    if MATERIAL_DENSITY in settings.varied:
+        other = f"{MATERIAL_DENSITY} differs between the runs"
+    elif own is not None and own != asked:
+        other = f"{MATERIAL_DENSITY} is {own:g}"
+    else:
+        return []
+    return [(("hazard", "density"), f"{said}, but {other}: leave it out for the density of each run")]
+
+
+def _far_out(settings: Settings) -> list[tuple[Path, str]]:
+    """Say which distributions are cut off so that next to nothing of them is left."""
+    values = {} if settings.sample is None else settings.sample.values
+    return [
+        (
+            ("sample", "values", key),
+            f"its bounds hold {share:.2g} of the distribution: check mean, deviation and bounds",
+        )
+        for key, distribution in values.items()
+        if (share := share_within(distribution)) < LEAST_SHARE
+    ]
+
+
+def _uneven(settings: Settings) -> list[tuple[Path, str]]:
+    """Say where Sobol's sequence is broken off between two of its balanced counts."""
+    sample = settings.sample
+    if sample is None or sample.design != "sobol":
+        return []
+    at: list[tuple[Path, int]] = [(("sample", "count"), sample.count)]
+    if sample.levels:
+        at = [(("sample", "levels", i, "count"), each.count) for i, each in enumerate(sample.levels)]
+    # which levels do not take
+    other = "" if sample.levels else ", or design: latin-hypercube"
+    found = []
+    for path, count in at:
+        if not power_of_two(count):
+            below = 1 << (count.bit_length() - 1)
+            even = f"Sobol's sequence covers the space evenly at powers of 2: write {below} or {2 * below}"
+            found.append((path, even + other))
+    return found
+
+
+def _weak_levels(settings: Settings) -> list[tuple[Path, str]]:
+    """Say which levels are too few runs for `pipeline emulate`, or too few points for anything."""
+    if settings.sample is None or not settings.sample.levels or settings.domain is None:
+        return []
+    # which imports SciPy
+    from solver.emulator import support
+
+    found: list[tuple[Path, str]] = []
+    entries, inputs = prod(map(len, settings.sweep.values())), len(settings.varied)
+    (x0, x1), (y0, y1) = settings.domain.x, settings.domain.y
+    for i, level in enumerate(settings.sample.levels):
+        path: Path = ("sample", "levels", i)
+        few = (
+            support.of_pairs(entries * level.count)[1]
+            if i
+            else support.of_runs(entries * level.count, inputs)
+        )
+        if few:
+            found.append(((*path, "count"), f"`pipeline emulate` will say: {few}"))
+        points = settings.points.model_copy(update={"spacing": level.spacing}).estimate(x1 - x0, y1 - y0)
+        if points < FEW_POINTS:
+            told = f"a spacing of {level.spacing:g} m gives about {points:.0f} points, which tell nothing"
+            found.append(((*path, "spacing"), f"{told}: take a smaller one"))
+    return found

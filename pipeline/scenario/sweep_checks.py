@@ -84,21 +84,22 @@ def check_design(
 def _together(
     data: Mapping[str, Any], lists: Mapping[Path, Mapping[Value, Path]], runs: Design, check: Check
 ) -> list[Problem]:
-    """List what is wrong with the runs of a design; of a distribution the first thing alone."""
-    found: dict[Problem, None] = {}
-    told: set[Path] = set()
+    """List what is wrong with the runs of a design.
+
+    Of an entry of a list it is the first thing at each key, of a distribution the first thing alone: other
+    runs with the same entry would say it again with other numbers.
+    """
+    found: dict[tuple[Path, ...], Problem] = {}
     for i in range(len(runs)):
         changed, values = data, runs[i]
         for path, value in zip(lists, values, strict=True):
             changed = assign(changed, path, value)
         for problem in check(changed):
             place = _blame(problem, values, lists)
-            if place[0] != "sample":
-                found[Problem(place, problem.message)] = None
-            elif place not in told:
-                told.add(place)
-                found[Problem(place, f"{problem.message} in run {i}")] = None
-    return list(found)
+            drawn = place[0] == "sample"
+            message = f"{problem.message} in run {i}" if drawn else problem.message
+            found.setdefault((place,) if drawn else (place, problem.path), Problem(place, message))
+    return list(found.values())
 
 
 def _known(

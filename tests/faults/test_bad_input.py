@@ -409,7 +409,23 @@ def test_values_that_break_only_together_are_told_at_the_key_to_blame(tmp_path):
     assert [line.partition(": expected at most internal_friction ")[::2] for line in found] == [
         ("a.yaml:11:31: sweep.material.bed_friction.1", "(25) with earth_pressure mohr-coulomb, found 30"),
         ("a.yaml:11:35: sweep.material.bed_friction.2", "(25) with earth_pressure mohr-coulomb, found 40"),
-        ("a.yaml:11:35: sweep.material.bed_friction.2", "(35) with earth_pressure mohr-coulomb, found 40"),
+    ]
+
+
+def test_a_wrong_entry_is_told_once_whatever_it_meets_in_the_runs(tmp_path):
+    text = GOOD.replace(MATERIAL, "material: {bed_friction: 24, earth_pressure: isotropic}")
+    sweep = "sweep: {material.bed_friction: [-1, 24, 95], gravity: [1, 2, 3], terrain.angle: [20, 30, 200]}\n"
+    assert messages(tmp_path, text + sweep) == [
+        "a.yaml:9:33: sweep.material.bed_friction.0: expected a number of at least 0, found -1",
+        "a.yaml:9:41: sweep.material.bed_friction.2: expected a number below 90, found 95",
+        "a.yaml:9:90: sweep.terrain.angle.2: expected a number below 90, found 200",
+    ]
+    law = "{law: pouliquen, angles: [21, 30], beta: 0.136, length: 0.5}"
+    text = GOOD.replace(MATERIAL, f"material: {{friction: {law}, earth_pressure: isotropic}}")
+    sweep = "sweep: {material.friction.angles.0: [20, 35], material.friction.angles.1: [30, 33], gravity: [1, 2]}\n"
+    assert messages(tmp_path, text + sweep) == [
+        "a.yaml:9:42: sweep.material.friction.angles.0.1: expected a lower bound below the upper one, "
+        "found [35, 30]"
     ]
 
 
