@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from solver.physics.erosion import Egashira as Egashira
     from solver.physics.erosion import ErodibleBed as ErodibleBed
     from solver.physics.erosion import ErosionLimits as ErosionLimits
+    from solver.physics.erosion import ErosionZone as ErosionZone
     from solver.physics.erosion import GrowthRate as GrowthRate
     from solver.physics.erosion import JumpCondition as JumpCondition
     from solver.physics.erosion import ShearStress as ShearStress
@@ -77,6 +78,7 @@ _PLACES = {
         "Egashira",
         "ErodibleBed",
         "ErosionLimits",
+        "ErosionZone",
         "GrowthRate",
         "JumpCondition",
         "ShearStress",

@@ -23,7 +23,7 @@ from solver.kernels.state import DEPTH, NO_SLIP, OPEN, WALL, Fields, Material, S
 from solver.physics.earth_pressure import MohrCoulomb
 from solver.physics.elevation import Surface
 from solver.physics.friction import Coulomb
-from solver.physics.resistance import area_weighted
+from solver.physics.resistance import Zoned, area_weighted
 from solver.scene import Collocation, Scene
 
 Carried = Mapping[str, NDArray[Any]]
@@ -385,8 +385,8 @@ def falling_rate(scene: Scene, x: Array, y: Array, widths: Array | float) -> Arr
     return np.asarray(np.sqrt(scene.scheme.cfl * free * widths))
 
 
-def zoned_parameters(scene: Scene) -> Array | None:
-    """Give the parameters of friction at each cell, (fields, *shape of the points); None without zones.
+def zoned_law(scene: Scene) -> Zoned | None:
+    """Give friction with its parameters at each cell, (fields, *shape of the points); None without zones.
 
     Raises
     ------
@@ -399,6 +399,8 @@ def zoned_parameters(scene: Scene) -> Array | None:
     for zone in scene.zones:
         if np.shape(zone.share) != scene.points.shape:
             raise ValueError(f"shares of a zone must have the points' shape {scene.points.shape}")
+        if type(zone.friction) is not type(scene.friction):
+            raise ValueError("zones must be of the same law of friction")
         parts.append((zone.friction.resistance(scene.gravity), np.asarray(zone.share, dtype=np.float64)))
     return area_weighted(scene.friction.resistance(scene.gravity), parts)
 

@@ -197,8 +197,8 @@ class GroundCheck:
 
     def _zones(self, settings: Settings, read: Outlines, domain: Domain) -> list[Problem]:
         problems = []
-        for i, zone in enumerate(settings.zones):
-            path: Path = ("material", "zones", i, "polygon" if zone.raster is None else "raster")
+        for of_zone, zone in settings.all_zones:
+            path: Path = (*of_zone, "polygon" if zone.raster is None else "raster")
             held = None if zone.file is None else read.get((zone.file, zone.layer))
             if held is None:
                 continue
@@ -425,10 +425,10 @@ def _wanted(settings: Settings) -> Iterator[tuple[Path, str, str | None, Any]]:
         assert isinstance(release, PolygonsRelease)
         path: Path = ("release", i) if isinstance(settings.release, tuple) else ("release",)
         yield (*path, "polygons"), release.polygons, release.layer, "polygons"
-    for i, zone in enumerate(settings.zones):
+    for of_zone, zone in settings.all_zones:
         if zone.file is not None:
             kind, key = ("polygons", "polygon") if zone.raster is None else ("classes", "raster")
-            yield ("material", "zones", i, key), zone.file, zone.layer, kind
+            yield (*of_zone, key), zone.file, zone.layer, kind
     bed = settings.erodible_bed
     if bed is not None and bed.polygons is not None:
         yield ("erodible_bed", "polygons"), bed.polygons, bed.layer, "polygons"

@@ -245,8 +245,8 @@ def _holds(corners: Sequence[Pair], place: Pair) -> bool:
 def wrong_zones(settings: Settings) -> list[Problem]:
     """List what is wrong with the corners of zones."""
     found, domain = [], settings.domain
-    for i, zone in enumerate(settings.zones):
-        path: Path = ("material", "zones", i, "polygon")
+    for of_zone, zone in settings.all_zones:
+        path: Path = (*of_zone, "polygon")
         if not isinstance(zone.polygon, tuple):
             continue
         if why := crossing(zone.polygon):

@@ -57,13 +57,13 @@ def unusual(settings: Settings) -> Iterator[tuple[Path, str]]:
     if material.friction is not None:
         yield from _angles(material.friction, of_law)
     yield from _unusual(solver_objects.laws(settings)[0], of_law)
-    for i, (zone, law) in enumerate(zip(settings.zones, material.zone_laws(), strict=True)):
-        place: Path = ("material", "zones", i)
+    bed = settings.erodible_bed
+    laws = *material.zone_laws(), *(() if bed is None else bed.zone_laws(material.density))
+    for (place, zone), law in zip(settings.all_zones, laws, strict=True):
         yield from _angles(zone, place)
         # what is not its own is told of the material
         told = _unusual(law, place)
         yield from ((path, why) for path, why in told if getattr(zone, str(path[-1]), None) is not None)
-    bed = settings.erodible_bed
     if bed is not None:
         yield from _unusual(bed.erosion_law(material.density), ("erodible_bed", "law"))
         if not isinstance(bed.depth, str):

@@ -17,6 +17,7 @@ from pipeline.settings.generated import Generated
 from pipeline.settings.inflow import HydrographFile, HydrographList
 from pipeline.settings.physics import MaterialLaws
 from pipeline.settings.surface import ElevationTerrain, PolygonsRelease
+from pipeline.settings.zones import ZoneKeys
 from solver.inflow.clouds import frame_of_bounds
 from solver.inflow.conditions import Inflow, Line, Section
 from solver.inflow.entrance import check_on_cloud, entrance, largest_depth, placed_on
@@ -24,7 +25,7 @@ from solver.inflow.hydrograph import Hydrograph, Triangle
 from solver.inflow.placement import outside
 from solver.physics.earth_pressure import EarthPressure
 from solver.physics.elevation import ElevationModel, Surface
-from solver.physics.erosion import ErodibleBed
+from solver.physics.erosion import ErodibleBed, ErosionZone
 from solver.physics.friction import Friction
 from solver.physics.terrain import SlopeProfile, Terrain
 from solver.physics.terrain_table import Table
@@ -197,21 +198,28 @@ def zones(
     """
     if not settings.zones:
         return ()
-    from pipeline.inputs.polygons import uncovered
-    from solver.release.shares import shares
     from solver.scene import Zone
 
-    left = uncovered(_outlines_of_zones(settings, outlines))
     laws = settings.material.zone_laws()
-    return tuple(Zone(law, shares(rings, points)) for law, rings in zip(laws, left, strict=True))
+    return tuple(map(Zone, laws, _shares_of_zones(settings.zones, points, outlines)))
+
+
+def _shares_of_zones(
+    zones: Sequence[ZoneKeys], points: Lattice | PointCloud, outlines: Outlines | None
+) -> list[NDArray[np.float64]]:
+    """Give the share of each cell that is in a zone and in none of those that come later."""
+    from pipeline.inputs.polygons import uncovered
+    from solver.release.shares import shares
+
+    return [shares(rings, points) for rings in uncovered(_outlines_of_zones(zones, outlines))]
 
 
 def _outlines_of_zones(
-    settings: Settings, outlines: Outlines | None
+    zones: Sequence[ZoneKeys], outlines: Outlines | None
 ) -> list[list[tuple[NDArray[np.float64], ...]]]:
     """Give the polygons of each zone, each with its rings (n, 2), m."""
     layers: list[list[tuple[NDArray[np.float64], ...]]] = []
-    for zone in settings.zones:
+    for zone in zones:
         if zone.file is None:
             layers.append([(counter_clockwise(np.array(zone.polygon)),)])
         else:
@@ -233,7 +241,7 @@ def _zones_along(
         shapely.line_interpolate_point(shapely.LineString(line), shares, normalized=True)
     )
     zone_at = np.full(PLACES_ALONG, -1)
-    for i, polygons in enumerate(_outlines_of_zones(settings, outlines)):
+    for i, polygons in enumerate(_outlines_of_zones(settings.zones, outlines)):
         for rings in polygons:
             zone_at[inside(rings, at)] = i
     laws: MaterialLaws = settings.material
@@ -449,12 +457,16 @@ def erodible_bed(
     bed = settings.erodible_bed
     if bed is None:
         return None
-    vertical, law = bed.measured == "vertical", bed.erosion_law(getattr(settings.material, "density"))  # noqa: B009
+    density = getattr(settings.material, "density")  # noqa: B009
+    vertical, law = bed.measured == "vertical", bed.erosion_law(density)
+    zones: tuple[ErosionZone, ...] = ()
+    if bed.zones:
+        zones = tuple(map(ErosionZone, bed.zone_laws(density), _shares_of_zones(bed.zones, points, outlines)))
     if isinstance(terrain, SlopeProfile):
         assert isinstance(bed.depth, float | int)
         region = None if bed.region is None else (bed.region.x, bed.region.y)
         depth = erodible_on_profile(bed.depth, points, terrain, region, vertical=vertical)
-        return ErodibleBed(depth, law, bed.limits)
+        return ErodibleBed(depth, law, bed.limits, zones)
     given: float | ElevationModel | None = None
     if bed.raster is not None:
         raster = (depths or {})[bed.raster]
@@ -466,7 +478,7 @@ def erodible_bed(
     if bed.polygons is not None:
         polygons = erodible_polygons(bed, (outlines or {})[bed.polygons, bed.layer])
     depth = erodible_on_surface(given, points, terrain, polygons, vertical=vertical)
-    return ErodibleBed(depth, law, bed.limits)
+    return ErodibleBed(depth, law, bed.limits, zones)
 
 
 def slope(terrain: Generated | ElevationTerrain, table: ElevationTable | None = None) -> SlopeProfile:

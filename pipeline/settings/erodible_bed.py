@@ -11,6 +11,7 @@ from pipeline.settings.generated import Generated, keys_of
 from pipeline.settings.physics import AnyErosionLaw
 from pipeline.settings.points import Region
 from pipeline.settings.section import Section, key, kind, relation
+from pipeline.settings.zones import ErosionZone, laws_of_zones
 from solver.parameters import ParameterError, parameters
 from solver.physics.erosion import ErosionLaw, ErosionLimits, check_together
 from solver.scheme import Collocation
@@ -58,6 +59,12 @@ class ErodibleBedKeys(Section):
         choices={"normal": "normal to the bed", "vertical": "vertically"},
     )
 
+    zones: tuple[ErosionZone, ...] | None = key(
+        "parts of the domain where the law has other parameters; where they overlap the later one counts, "
+        "and a cell on an edge has means over its area",
+        default=None,
+    )
+
     if TYPE_CHECKING:
         law: Generated
         minimum_depth: float
@@ -79,6 +86,16 @@ class ErodibleBedKeys(Section):
         made: ErosionLaw = self.law.make(**({"density": density} if "density" in named else {}))
         return made
 
+    def zone_laws(self, density: float | None = None) -> tuple[ErosionLaw, ...]:
+        """Make the laws of erosion of the zones.
+
+        Raises
+        ------
+        PydanticCustomError
+            If a zone has a parameter that is none of the law's.
+        """
+        return laws_of_zones(self.zones, self.erosion_law(density))
+
     @model_validator(mode="after")
     def _consistent(self) -> ErodibleBedKeys:
         if self.depth is None and self.polygons is None:
@@ -90,6 +107,7 @@ class ErodibleBedKeys(Section):
             check_together(self.erosion_law(), self.limits)
         except ParameterError as error:
             raise relation(error.message, *error.names, "law") from None
+        self.zone_laws()
         return self
 
 
@@ -116,7 +134,8 @@ def unfit(settings: Settings) -> PydanticCustomError | None:
             return relation(found, "output.fields", "erodible_bed")
         return None
     density = getattr(settings.material, "density")  # noqa: B009
-    if bed.erosion_law(density).needs_density and density is None:
+    laws = bed.erosion_law(density), *bed.zone_laws(density)
+    if any(each.needs_density for each in laws) and density is None:
         found = f"expected a density with erosion by {kind(type(bed.law))}, found nothing"
         return relation(found, "material.density", "erodible_bed.law")
     if settings.scheme.source is Collocation:

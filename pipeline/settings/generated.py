@@ -143,21 +143,33 @@ def _parted(names: Iterable[str]) -> list[tuple[str, str, str]]:
     return [name.partition(".") for name in names]
 
 
-def keys_of(cls: type, *, optional: bool = False) -> Keys:
+def keys_of(
+    cls: type, *, optional: bool = False, unset: bool = False, only: Collection[str] | None = None
+) -> Keys:
     """Give the keys of a section for the parameters of a dataclass.
 
     Parameters
     ----------
     optional : bool
         Whether those without a default may be left out, as in a section with the keys of several classes.
+    unset : bool
+        Whether nothing stands for what is left out, as in a section that changes some parameters. Lists may
+        then be of any length, as several classes have the key.
+    only : collection of str, optional
+        Fields to give keys of. Default: all.
     """
     hints, found = get_type_hints(cls), Keys()
     for each, declared in parameters(cls):
+        if only is not None and each.name not in only:
+            continue
         other = declared.alternative
-        default = each.default
+        default = None if unset else each.default
         if default is MISSING:
             default = None if optional or other is not None else ...
-        hint = _strict(hints[each.name], declared)
+        hint = hints[each.name]
+        if unset and get_origin(hint) is tuple:
+            hint = tuple[get_args(hint)[0], ...]  # type: ignore[misc]
+        hint = _strict(hint, declared)
         found[declared.key or each.name] = (
             hint if default is not None else hint | None,
             _key(declared, default),

@@ -9,7 +9,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 from pydantic import create_model, model_validator
-from pydantic_core import PydanticCustomError
 
 from pipeline.settings.generated import (
     FlatSection,
@@ -26,7 +25,7 @@ from pipeline.settings.generated import (
 )
 from pipeline.settings.section import key, kind, relation
 from pipeline.settings.surface import ElevationTerrain, PolygonsRelease
-from pipeline.settings.zones import Zone
+from pipeline.settings.zones import Zone, laws_of_zones
 from solver import scheme
 from solver.parameters import parameters
 from solver.physics import earth_pressure, erosion, friction, terrain, terrain_table
@@ -87,18 +86,15 @@ class MaterialLaws(FlatSection):
         Raises
         ------
         PydanticCustomError
-            If a zone has a parameter that is none of the law's.
+            If a zone has a parameter that is none of the law's, or lacks a density.
         """
         law, _ = self.laws()
-        made_: list[friction.Friction] = []
-        for i, zone in enumerate(getattr(self, "zones") or ()):  # noqa: B009
-            try:
-                made_.append(zone.law(law))
-            except PydanticCustomError as error:
-                context = error.context or {}
-                paths = (("zones", i, name) for name in context["keys"])
-                raise relation(context["message"], *paths) from None
-        return tuple(made_)
+        found = laws_of_zones(getattr(self, "zones"), law)  # noqa: B009
+        for i, each in enumerate(found):
+            if each.needs_density and getattr(self, "density") is None:  # noqa: B009
+                told = f"expected a density with {tag(type(law))} friction of a zone, found nothing"
+                raise relation(told, "density", ("zones", i))
+        return found
 
     def _named(self, named: Generated) -> friction.Friction:
         """Make the law of friction of a section of its own, with what the material holds of it."""
@@ -158,7 +154,8 @@ def _material() -> type[MaterialLaws]:
             key(
                 "parts of the domain where friction has other parameters; where they overlap the later one "
                 "counts, and a cell on an edge has the mean over its area of mu, 1/turbulent_friction, n^2, "
-                "1/C^2, yield stress, viscosity or consistency",
+                "1/C^2 and every other number; where flow_index or kappa differs it has the parameters that "
+                "hold in most of it",
                 default=None,
             ),
         ),

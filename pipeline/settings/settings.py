@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from math import ceil, floor, log10, prod, sqrt
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias, get_args
 
@@ -22,7 +23,7 @@ from pipeline.settings.section import Positive, Section, key, relation
 from pipeline.settings.structures import AnyStructure
 from pipeline.settings.structures import unfit as unfit_structures
 from pipeline.settings.surface import ElevationTerrain, unfit
-from pipeline.settings.zones import Zone
+from pipeline.settings.zones import Zone, ZoneKeys
 from solver.physics.constants import GRAVITY
 from solver.physics.friction import Coulomb
 from solver.scheme import Collocation
@@ -309,11 +310,11 @@ class Settings(Section):
         error = error or unfit_structures(self)
         if error is not None:
             raise error
-        for i, zone in enumerate(self.zones):
+        for path, zone in self.all_zones:
             if zone.file is not None and not self.on_surface:
                 found = "expected corners, as a file of polygons needs an elevation model, found a file"
                 place = "polygon" if zone.raster is None else "raster"
-                raise relation(found, f"material.zones.{i}.{place}", "terrain")
+                raise relation(found, (*path, place), "terrain")
         return self
 
     @model_validator(mode="after")
@@ -491,6 +492,14 @@ class Settings(Section):
     def zones(self) -> tuple[Zone, ...]:
         """The zones of friction, in their order."""
         return getattr(self.material, "zones") or ()  # noqa: B009
+
+    @property
+    def all_zones(self) -> Iterator[tuple[tuple[str | int, ...], ZoneKeys]]:
+        """The zones of friction and of erosion, each with its path."""
+        for i, zone in enumerate(self.zones):
+            yield ("material", "zones", i), zone
+        for i, zone in enumerate((self.erodible_bed and self.erodible_bed.zones) or ()):
+            yield ("erodible_bed", "zones", i), zone
 
     @property
     def places(self) -> tuple[Receptor, ...]:

@@ -25,7 +25,6 @@ from solver.kernels.erosion import erosion_of
 from solver.kernels.record import Record, record_cells
 from solver.kernels.runge_kutta import Limits
 from solver.kernels.state import DRY, LANES, CloudBed, Fields, Status
-from solver.physics.resistance import Zoned
 from solver.points.cloud import PointCloud
 from solver.points.voronoi import ControlVolumes
 from solver.run import (
@@ -36,7 +35,7 @@ from solver.run import (
     falling_rate,
     gravity_along_and_normal,
     state_of,
-    zoned_parameters,
+    zoned_law,
 )
 from solver.scene import Scene
 
@@ -88,11 +87,10 @@ class CloudRun(Run):
         wet = initial[0] > self.material.dry
         padded = [np.pad(np.where(wet | (k == 0), a, 0.0), (0, room)) for k, a in enumerate(initial)]
         self.now, *self.stages = (Fields(*(aligned(a) for a in padded)) for _ in range(3))
-        parameters = zoned_parameters(scene)
-        if parameters is not None:
-            values = np.pad(parameters, ((0, 0), (0, room)), mode="edge")
-            law = scene.friction.resistance(scene.gravity)
-            self.material = self.material._replace(law=Zoned(law, values))
+        zoned = zoned_law(scene)
+        if zoned is not None:
+            values = np.pad(zoned.values, ((0, 0), (0, room)), mode="edge")
+            self.material = self.material._replace(law=zoned._replace(values=values))
         area, bed = self._lay()
         bed = bed._replace(falling=_with_beside(bed.falling, volumes))
         self.area, self.bed = aligned(np.pad(area, (0, spare), mode="edge")), all_aligned(bed)
@@ -108,9 +106,11 @@ class CloudRun(Run):
         self.record = all_aligned(Record(*(np.full(faces.cells, a) for a in (0.0, 0.0, 0.0, np.nan))))
         if scene.erodible_bed is not None:
             available = np.pad(erodible_depth(scene), (0, spare))
-            self.erosion = erosion_of(
-                scene.erodible_bed, available, np.zeros_like(available), self.erosion.entrained
-            )
+            coefficients = scene.erodible_bed.coefficients
+            if coefficients is not None:
+                coefficients = np.pad(coefficients, ((0, 0), (0, spare)), mode="edge")
+            own = available, np.zeros_like(available), self.erosion.entrained, coefficients
+            self.erosion = erosion_of(scene.erodible_bed, *own)
         to_come = sum(each.inflow.hydrograph.volume_until(end) for each in self.entrances)
         self.rest_volume = scene.scheme.rest_share * (self.volume + to_come)
         self.doors = no_doors()

@@ -6,7 +6,7 @@ import numpy as np
 
 from solver.arrays import Array
 from solver.physics.friction import Friction
-from solver.physics.resistance import DryTurbulent, Inertial, Quadratic, Uniform, Viscoplastic
+from solver.physics.resistance import DryTurbulent, Inertial, Quadratic, Uniform, Viscoplastic, area_weighted
 
 # Depths of a table, m: between them log q is linear in log h, which is exact for powers.
 DEPTHS = np.geomspace(1e-6, 1e3, 451)
@@ -30,22 +30,17 @@ def law_along(
     zones : tuple of (Friction, float)
         Laws of zones that the section crosses, each with its share of the length.
     """
-    held, shares = [], [1.0 - sum(share for _, share in zones), *(share for _, share in zones)]
-    for law in (friction, *(law for law, _ in zones)):
-        one = law.resistance(gravity)
-        held.append(Quadratic(one.tangent, drag=one.drag) if isinstance(one, DryTurbulent) else one)
-    mean = np.zeros(len(held[0]))
-    for one, share in zip(held, shares, strict=True):
-        mean += share * np.array(one)
-    own = held[0]
-    if isinstance(own, Viscoplastic):
-        # as in a cell, where an index of 1 has a method of its own
-        return Viscoplastic(mean[0], mean[1], own.exponent)
-    if isinstance(own, Inertial):
-        return None if own.beta_star > 0 else Inertial(*mean.tolist())
-    assert isinstance(own, Quadratic)
-    found = Quadratic(*mean.tolist())
-    return found if found.viscous + found.drag + found.rough > 0.0 else None
+    found = friction.resistance(gravity)
+    if zones:
+        parts = [(law.resistance(gravity), np.array([share])) for law, share in zones]
+        zoned = area_weighted(found, parts)
+        found = type(zoned.law)(*zoned.values[:, 0].tolist())
+    if isinstance(found, DryTurbulent):
+        found = Quadratic(found.tangent, drag=found.drag)
+    if isinstance(found, Inertial):
+        return None if found.beta_star > 0 else found
+    driven = isinstance(found, Viscoplastic) or found.viscous + found.drag + found.rough > 0.0
+    return found if driven else None
 
 
 def uniform_speed(law: Uniform, depths: Array, along: float, normal: float) -> Array:

@@ -8,8 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from solver.arrays import Array
-from solver.compiled import kernel
+from solver.compiled import by_type, kernel
 from solver.kernels.friction import law_at, resistance
+from solver.kernels.resistance import Index
 from solver.kernels.runge_kutta import added
 from solver.kernels.source_terms import Cell
 from solver.kernels.state import Material
@@ -24,6 +25,37 @@ from solver.physics.erosion import (
 from solver.physics.resistance import Uniform
 
 
+class Everywhere(NamedTuple):
+    """Coefficients of a law of erosion that hold in all cells."""
+
+    one: float
+    two: float
+    three: float
+
+
+class InCells(NamedTuple):
+    """Coefficients of a law of erosion at each cell, ``values`` (3, cells)."""
+
+    values: Array
+
+
+@by_type
+def coefficients_at(coefficients: Everywhere | InCells, i: Index) -> Everywhere:
+    """Coefficients of the law of erosion in the cell with number i."""
+    raise NotImplementedError
+
+
+@coefficients_at.of(Everywhere)
+def _(coefficients: Everywhere, i: Index) -> Everywhere:
+    return coefficients
+
+
+@coefficients_at.of(InCells)
+def _(coefficients: InCells, i: Index) -> Everywhere:
+    values = coefficients.values
+    return Everywhere(values[0, i], values[1, i], values[2, i])
+
+
 class Erosion(NamedTuple):
     """The erodible bed of a run; its arrays are empty where there is none.
 
@@ -32,7 +64,7 @@ class Erosion(NamedTuple):
     law
         Number of the law, from `solver.physics.erosion`.
     coefficients
-        What the law gives.
+        What the law gives, for all cells or each of them.
     by_friction
         1 where the stress of `SHEAR_STRESS` is that of friction, 0 where it is of depth and slope.
     minimum_depth, minimum_speed
@@ -46,7 +78,7 @@ class Erosion(NamedTuple):
     """
 
     law: int
-    coefficients: tuple[float, float, float]
+    coefficients: Everywhere | InCells
     by_friction: int
     minimum_depth: float
     minimum_speed: float
@@ -55,16 +87,25 @@ class Erosion(NamedTuple):
     entrained: Array
 
 
-def erosion_of(bed: ErodibleBed | None, available: Array, eroded: Array, entrained: Array) -> Erosion:
-    """Give the kernels an erodible bed; without one the arrays are to be empty."""
+def erosion_of(
+    bed: ErodibleBed | None,
+    available: Array,
+    eroded: Array,
+    entrained: Array,
+    coefficients: Array | None = None,
+) -> Erosion:
+    """Give the kernels an erodible bed; without one the arrays are to be empty.
+
+    ``coefficients`` are those at each cell, (3, cells), where there are zones.
+    """
     if bed is None:
-        return Erosion(0, (0.0, 0.0, 0.0), 0, 0.0, 0.0, available, eroded, entrained)
+        return Erosion(0, Everywhere(0.0, 0.0, 0.0), 0, 0.0, 0.0, available, eroded, entrained)
     law, limits = bed.law, bed.limits
     by_friction = int(isinstance(law, ShearStress) and law.stress == "friction")
-    one, two, three = map(float, law.coefficients())
+    everywhere = Everywhere(*map(float, law.coefficients()))
     return Erosion(
         law.number,
-        (one, two, three),
+        everywhere if coefficients is None else InCells(coefficients),
         by_friction,
         float(limits.minimum_depth),
         float(limits.minimum_speed),
@@ -88,6 +129,7 @@ def entrain(volume: float, entrained: Array) -> None:
 @kernel(fastmath=False, inline=True)
 def eroding_depth(
     erosion: Erosion,
+    i: int,
     h: float,
     speed: float,
     pull: float,
@@ -101,6 +143,8 @@ def eroding_depth(
 
     Parameters
     ----------
+    i : int
+        Index of the cell in the arrays of ``erosion``.
     h, speed : float
         Depth (m) and speed (m s-1) of the flow, of which the product does not change.
     pull : float
@@ -114,7 +158,7 @@ def eroding_depth(
     law : named tuple
         Of basal friction, in this cell.
     """
-    one, two, three = erosion.coefficients
+    one, two, three = coefficients_at(erosion.coefficients, i)
     taken: float
     friction = h * resistance(law, speed, h, load)
     if erosion.law == GROWTH_RATE:
@@ -172,7 +216,7 @@ def erode_cell(
     g_1, g_2, g_n = gravity
     pull = (g_1 * u + g_2 * v) / speed
     whole = math.sqrt(g_1 * g_1 + g_2 * g_2 + g_n * g_n)
-    wanted = eroding_depth(erosion, h, speed, pull, whole, load, done, dt, law_at(material.law, i))
+    wanted = eroding_depth(erosion, i, h, speed, pull, whole, load, done, dt, law_at(material.law, i))
     if not wanted > 0.0:
         return h, u, v, 0.0
     # the flow gains what the bed loses as it is written, round-off included

@@ -36,8 +36,7 @@ def _(law: Quadratic, values: Array, i: Index) -> Quadratic:
 
 @law_of.of(Viscoplastic)
 def _(law: Viscoplastic, values: Array, i: Index) -> Viscoplastic:
-    # an index of 1 has a method of its own
-    return Viscoplastic(values[0, i], values[1, i], law.exponent)
+    return Viscoplastic(values[0, i], values[1, i], values[2, i])
 
 
 @law_of.of(Inertial)
@@ -49,6 +48,6 @@ def _(law: Inertial, values: Array, i: Index) -> Inertial:
         values[3, i],
         values[4, i],
         values[5, i],
-        law.beta_star,
-        law.kappa,
+        values[6, i],
+        values[7, i],
     )

@@ -37,7 +37,6 @@ from solver.lattice.status import classify
 from solver.lattice.time_stepping import advance, advance_among_buildings, erode, record_maxima
 from solver.lattice.walls import EAST, WEST, Walls, walls_of
 from solver.lattice.window import Part, Window, around, needed
-from solver.physics.resistance import Zoned
 from solver.points.lattice import Lattice
 from solver.run import (
     Carried,
@@ -48,7 +47,7 @@ from solver.run import (
     falling_rate,
     gravity_along_and_normal,
     state_of,
-    zoned_parameters,
+    zoned_law,
 )
 from solver.scene import Scene
 
@@ -94,9 +93,10 @@ class LatticeRun(Run):
         dry = self.material.dry
         # what comes in through a side may come anywhere along it
         driven = (self.sides.kind == DEPTH) & (self.sides.depth > dry)
-        self.parameters = zoned_parameters(scene)
-        shown = (*initial, *(() if self.parameters is None else self.parameters))
-        shown += () if scene.erodible_bed is None else (self.erodible,)
+        self.zoned, bed = zoned_law(scene), scene.erodible_bed
+        shown = (*initial, *(() if self.zoned is None else self.zoned.values))
+        if bed is not None:
+            shown += (self.erodible, *(() if bed.coefficients is None else bed.coefficients))
         # sections are of the whole lattice
         whole_part = whole or bool(self.entrances) or bool(self.gauges)
         self.part = Part(lattice.shape) if whole_part else self._needed(shown)
@@ -150,13 +150,11 @@ class LatticeRun(Run):
         )
         columns = np.arange(window.west - GHOSTS, window.east + GHOSTS).clip(window.west, window.east - 1)
         self.bed = Bed(*(values[columns] for values in self.columns))
-        if self.parameters is not None:
-            rows = np.arange(window.south - GHOSTS, window.north + GHOSTS).clip(
-                window.south, window.north - 1
-            )
-            values = self.parameters[:, rows[:, None], columns]
-            law = self.scene.friction.resistance(self.scene.gravity)
-            self.material = self.material._replace(law=Zoned(law, values.reshape(len(values), -1)))
+        rows = np.arange(window.south - GHOSTS, window.north + GHOSTS).clip(window.south, window.north - 1)
+        if self.zoned is not None:
+            values = self.zoned.values[:, rows[:, None], columns]
+            law = self.zoned._replace(values=values.reshape(len(values), -1))
+            self.material = self.material._replace(law=law)
         self.grid = Grid(ny + 2 * GHOSTS, nx + 2 * GHOSTS, lattice.dx, lattice.dy)
         size, stride = self.grid.rows * self.grid.stride, self.grid.stride
         self.now, *self.stages = (Fields(*(roomy(size) for _ in range(3))) for _ in range(3))
@@ -183,7 +181,10 @@ class LatticeRun(Run):
         )
         bed, entrained = self.scene.erodible_bed, self.erosion.entrained
         if bed is not None:
-            self.erosion = erosion_of(bed, roomy(size), roomy(size), entrained)
+            coefficients = bed.coefficients
+            if coefficients is not None:
+                coefficients = coefficients[:, rows[:, None], columns].reshape(len(coefficients), -1)
+            self.erosion = erosion_of(bed, roomy(size), roomy(size), entrained, coefficients)
             self._inner(self.erosion.available)[...] = self.erodible[window.cut]
         depth, speed_squared, momentum_flux = np.zeros((3, ny * nx))
         self.record = Record(depth, speed_squared, momentum_flux, np.full(ny * nx, np.nan))

@@ -14,6 +14,7 @@ import numpy as np
 from solver.arrays import Array
 from solver.parameters import Checked, Parameter, ParameterError, parameter, parametric, shared
 from solver.physics.friction import DENSITY, friction_coefficient
+from solver.physics.resistance import area_means
 
 # How the kernels tell the laws apart.
 GROWTH_RATE, SHEAR_STRESS, SHEAR_WORK, EGASHIRA, JUMP_CONDITION = range(5)
@@ -246,6 +247,22 @@ class ErosionLimits(Checked):
 
 
 @dataclass(frozen=True, eq=False)
+class ErosionZone:
+    """A part of the bed whose law has other parameters.
+
+    Parameters
+    ----------
+    law : ErosionLaw
+        Of the class of that of the bed.
+    share : array
+        Of the area of each cell that is in the zone, 0 to 1, of the shape of the points.
+    """
+
+    law: ErosionLaw
+    share: Array
+
+
+@dataclass(frozen=True, eq=False)
 class ErodibleBed:
     """What a flow may take up.
 
@@ -257,22 +274,40 @@ class ErodibleBed:
         How fast it is taken up.
     limits : ErosionLimits
         From when on.
+    zones : tuple of ErosionZone
+        With parameters of their own, which do not overlap.
+
+    Attributes
+    ----------
+    coefficients : array or None
+        Coefficients of the law at each cell, means over its area, (3, *shape); None without zones.
 
     Raises
     ------
     ParameterError
         If a depth is negative or not finite, or the law needs a least speed and none is given.
+    ValueError
+        If zones overlap, are of another law, or have shares of another shape.
     """
 
     depth: Array
     law: ErosionLaw
     limits: ErosionLimits = field(default_factory=ErosionLimits)
+    zones: tuple[ErosionZone, ...] = ()
+    coefficients: Array | None = field(init=False, default=None)
 
     def __post_init__(self) -> None:
         depth = np.asarray(self.depth, dtype=np.float64)
         if not (np.isfinite(depth).all() and (depth >= 0).all()):
             raise ParameterError("expected finite depths of at least 0", "depth")
         check_together(self.law, self.limits)
+        if any(np.shape(zone.share) != depth.shape for zone in self.zones):
+            raise ValueError(f"shares of a zone must have the points' shape {depth.shape}")
+        if any(type(zone.law) is not type(self.law) for zone in self.zones):
+            raise ValueError("zones must be of the same law of erosion")
+        if self.zones:
+            parts = [(each.law.coefficients(), np.asarray(each.share, np.float64)) for each in self.zones]
+            object.__setattr__(self, "coefficients", area_means(self.law.coefficients(), parts))
 
 
 def check_together(law: ErosionLaw, limits: ErosionLimits) -> None:

@@ -7,6 +7,7 @@ for the tuples that it is given, so that a law that is not used costs nothing.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -124,33 +125,109 @@ class Zoned(NamedTuple):
 Resistance = Uniform | Zoned
 
 
-def area_weighted(law: Uniform, parts: list[tuple[Uniform, Array]]) -> Array:
-    """Give the parameters of a law at each cell, means over its area, (fields, *shape).
+EXPONENTS: dict[type, tuple[str, ...]] = {Viscoplastic: ("exponent",), Inertial: ("kappa",)}
+"""Fields that have no mean: with another exponent the other parameters have other units or meanings."""
 
-    What the fields hold is what resistance is linear in: mu, 1/xi, n^2, 1/C^2, tau_y.
+
+def in_one_form(laws: Sequence[Uniform]) -> list[Uniform]:
+    """Give laws in one form: dry friction with turbulent drag is quadratic beside what is.
+
+    Raises
+    ------
+    ValueError
+        If they have none.
+    """
+    found = list(laws)
+    if any(isinstance(each, Quadratic) for each in found):
+        found = [
+            Quadratic(each.tangent, drag=each.drag) if isinstance(each, DryTurbulent) else each
+            for each in found
+        ]
+    if len(set(map(type, found))) > 1:
+        raise ValueError("zones must be of the same law of friction")
+    return found
+
+
+def area_weighted(law: Uniform, parts: Sequence[tuple[Uniform, Array]]) -> Zoned:
+    """Give a law with its parameters at each cell, `area_means` of those of its parts.
+
+    What the fields hold is what resistance is linear in: mu, 1/xi, n^2, 1/C^2, tau_y; means of the others
+    are between what they are means of.
 
     Parameters
     ----------
     law : named tuple
         Where nothing else is said.
-    parts : list
-        Laws of the same class, each with the share of the area of each cell that it holds in, of one shape.
+    parts : sequence
+        Laws in its form, each with the share of the area of each cell that it holds in, of one shape.
 
     Raises
     ------
     ValueError
-        If classes differ, or shares add up to more than 1.
+        If forms differ, or shares add up to more than 1.
+    """
+    own, *others = in_one_form([law, *(each for each, _ in parts)])
+    kept = [own._fields.index(name) for name in EXPONENTS.get(type(own), ())]
+    shares = [share for _, share in parts]
+    return Zoned(own, area_means(own, list(zip(others, shares, strict=True)), kept))
+
+
+def area_means(
+    own: Sequence[float], parts: Sequence[tuple[Sequence[float], Array]], exponents: Sequence[int] = ()
+) -> Array:
+    """Give the parameters at each cell, means over its area, (fields, *shape).
+
+    Where exponents differ a cell has those that hold in most of it, and means of the parts that have them; of
+    equal parts the later one counts.
+
+    Parameters
+    ----------
+    own : sequence of float
+        Parameters where nothing else is said.
+    parts : sequence
+        Parameters, each with the share of the area of each cell that they hold in, of one shape.
+    exponents : sequence of int
+        Numbers of the fields that have no mean.
+
+    Raises
+    ------
+    ValueError
+        If shares add up to more than 1.
     """
     rest: Array = np.asarray(1.0 - sum(share for _, share in parts), dtype=np.float64)
-    if any(type(each) is not type(law) for each, _ in parts):
-        raise ValueError("zones must be of the same law of friction")
     if (rest < -1e-9).any():
         raise ValueError("zones must not overlap")
-    found: Array = np.multiply.outer(np.array(law, dtype=np.float64), np.maximum(rest, 0.0))
-    for each, share in parts:
-        found += np.multiply.outer(np.array(each, dtype=np.float64), share)
+    held = [np.array(own, dtype=np.float64), *(np.array(each, dtype=np.float64) for each, _ in parts)]
+    shares = [np.maximum(rest, 0.0), *(share for _, share in parts)]
+    powers = [tuple(each[list(exponents)]) for each in held]
+    if len(set(powers)) > 1:
+        shares = _of_most(powers, shares)
+    found: Array = np.multiply.outer(held[0], shares[0])
+    for each, share in zip(held[1:], shares[1:], strict=True):
+        found += np.multiply.outer(each, share)
     # what no zone touches, or one fills, has its parameters to the last bit
-    found[:, rest == 1.0] = np.array(law, dtype=np.float64)[:, None]
-    for each, share in parts:
-        found[:, share == 1.0] = np.array(each, dtype=np.float64)[:, None]
+    for each, share in zip(held, shares, strict=True):
+        found[:, share == 1.0] = each[:, None]
+    for field in exponents:
+        for each, share in zip(held, shares, strict=True):
+            found[field, share > 0.0] = each[field]
     return found
+
+
+def _of_most(powers: Sequence[tuple[float, ...]], shares: Sequence[Array]) -> list[Array]:
+    """Shares of parts in what those of a cell take up that have the exponents of most of it."""
+    totals = {
+        power: sum(share for other, share in zip(powers, shares, strict=True) if other == power)
+        for power in powers
+    }
+    most = np.zeros(np.shape(shares[0]))
+    for total in totals.values():
+        most = np.maximum(most, total)
+    last = np.zeros(np.shape(shares[0]), dtype=int)
+    for i, total in enumerate(totals.values()):
+        last[total == most] = i
+    number = {power: i for i, power in enumerate(totals)}
+    return [
+        np.where(last == number[power], share / most, 0.0)
+        for power, share in zip(powers, shares, strict=True)
+    ]

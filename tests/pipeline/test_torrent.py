@@ -517,6 +517,20 @@ def test_friction_differs_in_the_polygons_of_a_file(folder):
     assert before.digest == scenario.digest != after.digest
 
 
+def test_erosion_differs_in_the_polygons_of_a_file(folder):
+    write_polygons(folder / "forest.gpkg", {"wood": (100, -150, 202.5, -50), "other": (190, -90, 260, -50)})
+    law = "law: {model: growth-rate, growth: 0.01}"
+    bed = f"erodible_bed: {{depth: 1, {law}, zones: [{{polygon: forest.gpkg, name: wood, growth: 0.001}}]}}"
+    (scenario,) = load([written(folder, TEXT, ("release:", f"{bed}\nrelease:"))])
+    run = expand(scenario)[0]
+    held = build_scene(run, share(scenario, [run])).scene.erodible_bed
+    (zone,) = held.zones
+    assert 25 * zone.share.sum() == pytest.approx(102.5 * 100, rel=1e-12)
+    assert set(np.unique(held.coefficients[0])) == {0.001, 0.0055, 0.01}
+    missing = ("release:", f"{bed.replace('wood', 'would')}\nrelease:")
+    assert "erodible_bed.zones.0.polygon: expected one of the polygons" in refused(folder, missing)
+
+
 def test_a_forest_ahead_of_a_slide_stops_it_earlier(folder):
     write_polygons(folder / "forest.gpkg", {"wood": (90, -200, 300, 0)})
     written(folder, TEXT, ROUGH)

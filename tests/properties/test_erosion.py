@@ -13,6 +13,7 @@ from solver.physics.erosion import (
     Egashira,
     ErodibleBed,
     ErosionLimits,
+    ErosionZone,
     GrowthRate,
     JumpCondition,
     ShearStress,
@@ -227,3 +228,79 @@ def test_a_bed_that_makes_no_sense_is_refused():
         ErodibleBed(np.ones(LATTICE.shape), JumpCondition(0.1))
     with pytest.raises(ValueError, match="points' shape"):
         simulate(replace(case, erodible_bed=ErodibleBed(np.ones(3), GrowthRate(0.1))), [1.0])
+
+
+ZONES = {
+    "growth rate": (GrowthRate(0.05), {"growth": 0.02}),
+    "shear stress": (LAW["shear stress"], {"rate": 0.01, "critical_stress": 2000.0}),
+    "shear work": (ShearWork(200.0), {"erosion_energy": 500.0}),
+    "Egashira": (Egashira(), {"bed_angle": 30.0}),
+    "jump condition": (JumpCondition(0.1), {"strength_coefficient": 0.2, "slip": 0.8}),
+}
+
+
+@pytest.mark.parametrize("name", ZONES)
+@pytest.mark.parametrize("place", ["lattice", "cloud", "surface"])
+def test_a_zone_that_covers_all_is_the_law_itself_to_the_last_bit(place, name):
+    case, end = PLACES[place]
+    law, changed = ZONES[name]
+    plain = eroding(case, replace(law, **changed))
+    held, full = plain.erodible_bed, np.ones(case.points.shape)
+    zoned = replace(plain, erodible_bed=replace(held, law=law, zones=(ErosionZone(held.law, full),)))
+    one, two = simulate(plain, [end]), simulate(zoned, [end])
+    assert one.ledger.entrained > 0
+    for field in ("depth", "velocity_x", "velocity_y", "erosion_depth"):
+        assert (np.asarray(getattr(one, field)) == np.asarray(getattr(two, field))).all()
+
+
+@pytest.mark.parametrize("place", ["lattice", "cloud", "surface"])
+def test_nothing_is_eroded_in_a_zone_without_growth_and_flow_and_bed_keep_their_volume(place):
+    case, end = PLACES[place]
+    plain = eroding(case)
+    x = case.points.coordinates[0] + np.zeros(case.points.shape)
+    firm = 1.0 * (x > np.median(x[plain.depth > 0]))
+    held = plain.erodible_bed
+    zoned = replace(plain, erodible_bed=replace(held, zones=(ErosionZone(GrowthRate(0.0), firm),)))
+    run = simulate(zoned, [end])
+    assert run.erosion_depth[firm == 1].max() == 0
+    assert run.erosion_depth[firm == 0].max() > 0
+    assert abs(run.ledger.error) < 1e-14
+    assert abs(run.ledger.bed_error) < 1e-14
+
+
+def test_a_cell_on_an_edge_of_a_zone_erodes_by_the_mean_over_its_area():
+    share, depth = np.array([0.0, 0.25, 1.0]), np.ones(3)
+    zones = (ErosionZone(GrowthRate(0.03), share),)
+    bed = ErodibleBed(depth, GrowthRate(0.01), zones=zones)
+    np.testing.assert_allclose(bed.coefficients[0], [0.01, 0.015, 0.03], rtol=1e-15)
+    # the work is linear in one over the energy
+    bed = ErodibleBed(depth, ShearWork(1000.0), zones=(ErosionZone(ShearWork(500.0), share),))
+    np.testing.assert_allclose(bed.coefficients[0], [1e-3, 1.25e-3, 2e-3], rtol=1e-15)
+    laws = ShearStress(density=2000.0), ShearStress(0.05, 2e-4, 500.0, density=2000.0)
+    bed = ErodibleBed(depth, laws[0], zones=(ErosionZone(laws[1], share),))
+    np.testing.assert_allclose(bed.coefficients[:, 1], [0.03125, 0.25, 0.4375], rtol=1e-15)
+    assert ErodibleBed(depth, laws[0]).coefficients is None
+
+
+def test_zones_of_erosion_that_cannot_be_are_refused():
+    depth = np.ones(3)
+    with pytest.raises(ValueError, match="zones must be of the same law of erosion"):
+        ErodibleBed(depth, GrowthRate(0.1), zones=(ErosionZone(Egashira(), depth),))
+    with pytest.raises(ValueError, match="shares of a zone must have the points' shape"):
+        ErodibleBed(depth, GrowthRate(0.1), zones=(ErosionZone(GrowthRate(0.2), np.ones(2)),))
+    with pytest.raises(ValueError, match="zones must not overlap"):
+        ErodibleBed(depth, GrowthRate(0.1), zones=(ErosionZone(GrowthRate(0.2), depth),) * 2)
+
+
+def test_a_zone_of_erosion_on_one_side_makes_the_mirror_image_of_one_on_the_other():
+    points = Lattice((0.0, 30.0), (-8.0, 8.0), 1.0)
+    x, y = points.coordinates
+    depth = 2 * np.maximum(0.0, 1 - ((x - 8) ** 2 + y**2) / 16)
+    plain = eroding(Scene(points, Plane(25), depth, 0 * depth, 0 * depth, Voellmy(10, 200.0)))
+    runs = []
+    for sign in (1, -1):
+        zone = ErosionZone(GrowthRate(0.2), 1.0 * (sign * y > 0.6) + 0.0 * x)
+        runs.append(simulate(replace(plain, erodible_bed=replace(plain.erodible_bed, zones=(zone,))), [2.0]))
+    one, two = (run.erosion_depth for run in runs)
+    assert (one != one[::-1]).any()
+    assert (one == two[::-1]).all()

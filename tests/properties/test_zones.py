@@ -6,9 +6,19 @@ import numpy as np
 import pytest
 
 from solver.forms import begin
+from solver.kernels.friction import law_at
 from solver.physics.earth_pressure import MohrCoulomb
 from solver.physics.elevation import ElevationModel
-from solver.physics.friction import Bingham, Coulomb, Manning, Voellmy, friction_coefficient
+from solver.physics.friction import (
+    Bingham,
+    Coulomb,
+    Edwards,
+    HerschelBulkley,
+    Manning,
+    Pouliquen,
+    Voellmy,
+    friction_coefficient,
+)
 from solver.physics.resistance import DryTurbulent, area_weighted
 from solver.physics.terrain import Plane
 from solver.points.cloud import random_points
@@ -97,13 +107,13 @@ def test_a_zone_on_one_side_leaves_the_scene_unsymmetric_and_its_mirror_image_th
 
 def test_a_cell_on_an_edge_has_the_area_weighted_mean_of_what_resistance_is_linear_in():
     share = np.array([0.0, 0.25, 1.0])
-    values = area_weighted(SMOOTH.resistance(9.81), [(ROUGH.resistance(9.81), share)])
+    values = area_weighted(SMOOTH.resistance(9.81), [(ROUGH.resistance(9.81), share)]).values
     mu = [friction_coefficient(8.0), friction_coefficient(20.0)]
     np.testing.assert_allclose(values[0], [mu[0], 0.75 * mu[0] + 0.25 * mu[1], mu[1]], rtol=1e-15)
     np.testing.assert_allclose(values[1] / 9.81, [1 / 400, 0.75 / 400 + 0.25 / 150, 1 / 150], rtol=1e-15)
     for small, large, field in ((Manning(0.03), Manning(0.06), 5), (stress(500.0), stress(900.0), 0)):
         laws = [law.resistance(9.81) for law in (small, large)]
-        values = area_weighted(laws[0], [(laws[1], share)])
+        values = area_weighted(laws[0], [(laws[1], share)]).values
         np.testing.assert_allclose(
             values[field][1], 0.75 * laws[0][field] + 0.25 * laws[1][field], rtol=1e-15
         )
@@ -137,3 +147,83 @@ def test_zones_that_cannot_be_are_refused():
 def test_parameters_of_other_classes_are_not_mixed():
     with pytest.raises(ValueError, match="the same law"):
         area_weighted(DryTurbulent(0.1, 0.0), [(stress(1.0).resistance(9.81), np.ones(2))])
+
+
+WIDE_CLOUD = random_points((0.0, 60.0), (-30.0, 30.0), 1200, 1)
+COVER = {
+    "cohesion": (Voellmy(8, 400, 200, 2000), {"cohesion": 900.0}),
+    "flow_index": (HerschelBulkley(500, 100, 1 / 3, 2000), {"flow_index": 0.5, "consistency": 60.0}),
+    "beta": (Pouliquen((10, 25), 0.136, 0.3), {"beta": 0.5}),
+    "length": (Pouliquen((10, 25), 0.136, 0.3), {"length": 0.8}),
+    "kappa": (Edwards((10, 25, 12), 0.136, 0.3, 0.1), {"kappa": 2.0, "beta_star": 0.2, "gamma": 0.1}),
+}
+
+
+@pytest.mark.parametrize("name", COVER)
+@pytest.mark.parametrize("kind", ["lattice", "cloud"])
+def test_other_parameters_everywhere_are_those_of_the_law_to_the_last_bit(kind, name):
+    points, terrain = PLACES[kind]
+    law, changed = COVER[name]
+    plain = scene(points, terrain, replace(law, **changed))
+    zoned = replace(plain, friction=law, zones=(Zone(plain.friction, np.ones(points.shape)),))
+    assert same(simulate(plain, TIMES), simulate(zoned, TIMES))
+    assert not same(simulate(replace(plain, friction=law), TIMES), simulate(zoned, TIMES))
+
+
+# what hysteresis makes of the step differs between its parameters
+@pytest.mark.parametrize("name", [name for name in COVER if name != "kappa"])
+@pytest.mark.parametrize("points", [Lattice((0, 60), (-30, 30), 2.0), WIDE_CLOUD], ids=["lattice", "cloud"])
+def test_halves_are_the_runs_with_the_parameters_of_each_to_round_off(points, name):
+    law, changed = COVER[name]
+    x, y = (a + np.zeros(points.shape) for a in points.coordinates)
+    # heaps that do not meet; the deep one between has one law in all runs, and the fastest waves, so that
+    # all runs take the same steps
+    heaps = [(0, 7.0), (-20, 1.5), (20, 1.5)]
+    depth = sum(top * np.maximum(0, 1 - ((x - 20) ** 2 + (y - c) ** 2) / 36) for c, top in heaps)
+    start = replace(scene(points, Plane(20), law), depth=depth)
+    laws = {"one": law, "other": replace(law, **changed)}
+
+    def computed(south, north):
+        zones = Zone(laws[south], 1.0 * (y < -11)), Zone(laws[north], 1.0 * (y > 11))
+        return simulate(replace(start, zones=zones), [0.4, 0.8])
+
+    halves = computed("one", "other")
+    assert halves.failure is None
+    both = {each: computed(each, each) for each in laws}
+    for field in ("depth", "velocity_x", "velocity_y"):
+        found, one, other = (getattr(each, field)[-1] for each in (halves, both["one"], both["other"]))
+        np.testing.assert_allclose(found[y < 0], one[y < 0], rtol=0, atol=1e-12)
+        np.testing.assert_allclose(found[y > 0], other[y > 0], rtol=0, atol=1e-12)
+    north = (y > 11) & (halves.depth[-1] > 0.01)
+    assert north.sum() > 5
+    assert np.abs(halves.velocity_x[-1] - both["one"].velocity_x[-1])[north].max() > 1e-4
+
+
+def test_a_cell_on_an_edge_has_the_exponent_of_most_of_it_with_the_parameters_that_go_with_it():
+    thin, middle, thick = (HerschelBulkley(500, k, n, 2000) for k, n in ((200, 0.3), (300, 0.3), (60, 0.5)))
+    parts = [(middle.resistance(9.81), np.array([0.3, 0.3, 0.1, 0.0])),
+             (thick.resistance(9.81), np.array([0.4, 0.5, 0.6, 0.3]))]  # fmt: skip
+    zoned = area_weighted(thin.resistance(9.81), parts)
+    assert zoned.values[2].tolist() == [0.3, 0.5, 0.5, 0.3]
+    # 0.3 of each of two, the half that the later part has, 0.6 of the last, and all that is not in zones
+    expected = [0.125, 0.03, 0.03, 0.1]
+    np.testing.assert_allclose(zoned.values[1], expected, rtol=1e-15)
+    # without different exponents there are means of all
+    bingham = [Bingham(500.0, k, density=2000.0).resistance(9.81) for k in (50, 100)]
+    zoned = area_weighted(bingham[0], [(bingham[1], np.array([0.3, 0.1 + 0.2]))])
+    np.testing.assert_allclose(zoned.values[1], 0.0325, rtol=1e-15)
+    assert zoned.values[2].tolist() == [1.0, 1.0]
+    assert [law_at(zoned, i).exponent for i in (0, 1)] == [1.0, 1.0]
+
+
+def test_grains_have_means_of_length_and_of_the_flow_rule_but_not_of_the_exponent():
+    share = np.array([0.25, 0.75])
+    laws = [
+        Edwards((10, 25, 12), beta, length, star, gamma, 1.0).resistance(9.81)
+        for beta, length, star, gamma in ((0.1, 0.2, 0.1, 0.0), (0.5, 0.6, 0.3, 0.4))
+    ]
+    values = area_weighted(laws[0], [(laws[1], share)]).values
+    np.testing.assert_allclose(values[3:7, 0], [0.3, 0.2, 0.1, 0.15], rtol=1e-14)
+    values = area_weighted(laws[0], [(laws[1]._replace(kappa=2.0), share)]).values
+    assert values[:, 0].tolist() == list(laws[0])
+    assert values[:, 1].tolist() == [*laws[1][:-1], 2.0]

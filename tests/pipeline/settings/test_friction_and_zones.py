@@ -1,6 +1,7 @@
 """Laws of friction and zones as they stand in scenario files."""
 
-from dataclasses import replace
+from dataclasses import MISSING, fields, replace
+from typing import get_type_hints
 
 import numpy as np
 import pytest
@@ -10,9 +11,11 @@ from pipeline.runs.runs import expand
 from pipeline.scenario.scenario import load
 from pipeline.scenario.schema_errors import check
 from pipeline.scenario.strict_yaml import parse
+from pipeline.settings.generated import tag
+from pipeline.settings.zones import ErosionZone, Zone
 from solver.kernels.friction import law_at
-from solver.physics import earth_pressure, friction
-from solver.physics.resistance import Zoned, area_weighted
+from solver.physics import earth_pressure, erosion, friction
+from solver.physics.resistance import Quadratic, area_weighted
 
 BASE = """\
 name: a
@@ -142,9 +145,18 @@ def test_a_zone_changes_what_it_names_of_the_law_of_the_material():
         ("herschel-bulkley", "consistency", 40),
         ("pouliquen", "angles", [25, 35]),
         ("chezy", "chezy_coefficient", 10),
+        ("voellmy", "cohesion", 900),
+        ("herschel-bulkley", "flow_index", 0.3),
+        ("pouliquen", "beta", 0.2),
+        ("pouliquen", "length", 0.001),
+        ("pouliquen", "gamma", 0.77),
+        ("edwards", "angles", [22, 31, 25]),
+        ("edwards", "length", 0.4),
+        ("edwards", "beta_star", 0.2),
+        ("edwards", "kappa", 2),
     ],
 )
-def test_zones_change_parameters_of_every_law_but_edwards(law, name, value):
+def test_zones_change_every_number_of_a_law(law, name, value):
     keys, of_material = LAWS[law]
     material = isotropic(
         density=2000, friction={"law": law, **keys}, zones=[{"polygon": TRIANGLE, name: value}]
@@ -155,8 +167,7 @@ def test_zones_change_parameters_of_every_law_but_edwards(law, name, value):
     assert found.material.zone_laws() == (expected,)
     # whose forms are those of the kernels: what differs between cells is among what these take from each
     forms = [each.resistance(9.81) for each in (of_material, expected)]
-    values = area_weighted(forms[0], [(forms[1], np.array([0.0, 1.0]))])
-    zoned = Zoned(forms[0], values)
+    zoned = area_weighted(forms[0], [(forms[1], np.array([0.0, 1.0]))])
     assert [law_at(zoned, i) for i in (0, 1)] == forms
     assert forms[0] != forms[1]
 
@@ -183,7 +194,7 @@ def test_a_parameter_of_a_zone_sweeps(tmp_path):
             {"bed_friction": None, "friction": {"law": "edwards", **LAWS["edwards"][0]},
              "zones": [{"polygon": TRIANGLE, "angles": [21, 30]}]},
             "zones.0.angles",
-            "expected, with friction edwards, no zones, as none of its parameters may differ; found angles",
+            "expected 3 values, found 2",
         ),
         (
             {"bed_friction": None, "friction": {"law": "pouliquen", **LAWS["pouliquen"][0]},
@@ -230,3 +241,101 @@ def test_pressure_along_the_flow_goes_with_the_conservative_form_alone():
         "material.bed_friction": "expected at most internal_friction (35) with earth_pressure "
         "mohr-coulomb-flow, found 40"
     }
+
+
+def test_every_number_of_every_law_is_a_key_of_zones():
+    keys = set(Zone.names)
+    for law in friction.LAWS:
+        hints = get_type_hints(law)
+        numbers = {each.name for each in fields(law) if hints[each.name] not in (str, float | None)}
+        assert numbers - {"form"} <= keys, law
+    assert "density" not in keys
+    for law in erosion.LAWS:
+        assert {each.name for each in fields(law)} - {"stress", "density"} <= {*ErosionZone.names}, law
+    assert Zone.model_fields["kappa"].default is None
+
+
+def test_cohesion_of_a_zone_alone_makes_the_law_quadratic_and_needs_a_density():
+    zones = [{"polygon": TRIANGLE, "cohesion": 600}]
+    material = isotropic(bed_friction=8, turbulent_friction=200, zones=zones)
+    assert problems(material) == {
+        "material.density": "expected a density with voellmy friction of a zone, found nothing"
+    }
+    found = problems(material | {"density": 2000})
+    law, (zone,) = found.material.laws()[0], found.material.zone_laws()
+    assert zone == friction.Voellmy(8, 200, 600, 2000)
+    zoned = area_weighted(law.resistance(9.81), [(zone.resistance(9.81), np.array([0.0, 0.25, 1.0]))])
+    assert zoned.values[1].tolist() == [0.0, 0.25 * 0.3, 0.3]
+    assert isinstance(zoned.law, Quadratic)
+    assert law_at(zoned, 2) == zone.resistance(9.81)
+
+
+@pytest.mark.parametrize(
+    ("law", "name", "value"),
+    [
+        (erosion.GrowthRate(0.01), "growth", 0.02),
+        (erosion.ShearStress(), "rate", 0.05),
+        (erosion.ShearStress(), "depth_per_stress", 2e-4),
+        (erosion.ShearStress(), "critical_stress", 500.0),
+        (erosion.ShearWork(), "erosion_energy", 900.0),
+        (erosion.Egashira(), "bed_angle", 30.0),
+        (erosion.Egashira(), "concentration", 0.5),
+        (erosion.Egashira(), "density_ratio", 2.5),
+        (erosion.JumpCondition(0.2), "strength_coefficient", 0.3),
+        (erosion.JumpCondition(0.2), "bed_cohesion", 100.0),
+        (erosion.JumpCondition(0.2), "slip", 0.5),
+    ],
+)
+def test_zones_change_every_number_of_a_law_of_erosion(law, name, value):
+    # the other keys of the law are those of the bed
+    needed = {each.name: getattr(law, each.name) for each in fields(law) if each.default is MISSING}
+    bed = {
+        "depth": 1,
+        "minimum_speed": 0.1,
+        "law": {"model": tag(type(law)), **needed},
+        "zones": [{"polygon": TRIANGLE, name: value}],
+    }
+    found = problems(isotropic(bed_friction=8, density=2000), erodible_bed=bed)
+    density = {"density": 2000} if hasattr(law, "density") else {}
+    assert found.erodible_bed.zone_laws(2000) == (replace(law, **{name: value}, **density),)
+
+
+def test_a_zone_of_erosion_that_cannot_be_is_refused_at_its_key():
+    def told(zone, **material):
+        bed = {"depth": 1, "law": {"model": "growth-rate", "growth": 0.01}, "zones": [zone]}
+        return problems(isotropic(bed_friction=8), erodible_bed=bed | material)
+
+    assert told({"polygon": TRIANGLE, "rate": 0.1}) == {
+        "erodible_bed.zones.0.rate": "expected, with model growth-rate, growth; found rate"
+    }
+    assert told({"polygon": "a.gpkg", "growth": 0.1}) == {
+        "erodible_bed.zones.0.polygon": "expected corners, as a file of polygons needs an elevation model, "
+        "found a file"
+    }
+    jump = {"model": "jump-condition", "strength_coefficient": 0.1}
+    zone = {"polygon": TRIANGLE, "bed_cohesion": 100}
+    assert told(zone, law=jump, minimum_speed=0.1, zones=[zone]) == {
+        "material.density": "expected a density with erosion by jump-condition, found nothing"
+    }
+
+
+def test_numbers_of_zones_sweep_and_are_sampled(tmp_path):
+    bed = {
+        "depth": 1,
+        "law": {"model": "growth-rate", "growth": 0.01},
+        "zones": [{"polygon": TRIANGLE, "growth": 0.02}],
+    }
+    keys = {"law": "herschel-bulkley", **LAWS["herschel-bulkley"][0]}
+    own = [list(corner) for corner in TRIANGLE]
+    material = isotropic(density=2000, friction=keys, zones=[{"polygon": own, "flow_index": 0.5}])
+    data = yaml.safe_load(BASE) | {"material": material, "time": {"end": 10}, "erodible_bed": bed}
+    data["sweep"] = {"erodible_bed.zones.0.growth": [0.02, 0.03]}
+    uniform = {"distribution": "uniform", "lower": 0.3, "upper": 0.6}
+    data["sample"] = {"count": 2, "seed": 1, "values": {"material.zones.0.flow_index": uniform}}
+    (scenario,) = load([data])
+    runs = [run.settings for run in expand(scenario)]
+    assert [run.erodible_bed.zone_laws()[0].growth for run in runs] == [0.02, 0.02, 0.03, 0.03]
+    drawn = [run.material.zone_laws()[0].flow_index for run in runs]
+    assert drawn[:2] == drawn[2:]
+    assert drawn[0] != drawn[1]
+    assert all(0.3 <= n <= 0.6 for n in drawn)
