@@ -28,6 +28,8 @@ from pipeline.scenario.places import (
     on_no_data,
     receptors_on_bed,
     receptors_outside,
+    refined_at_receptors,
+    unknown_receptors,
     varied_places,
     wrong_zones,
     wrongly_on_map,
@@ -167,19 +169,19 @@ class _Judge:
             return [Problem(("release",), found, related=(("release",), ("terrain",), ("domain",)))]
 
     def placed(self, settings: Settings) -> Settings:
-        """Give settings with releases and receptors in coordinates of the bed, and with their domain."""
+        """Give settings with releases, receptors and points around them on the bed, and with their domain."""
         if settings.on_surface:
             found, _ = self._on_surface(settings)
             # one that is not given is still to be found
             found = found if settings.domain is not None else found.model_copy(update={"domain": None})
             receptors = self.map_files.receptors(found)
             # what is wrong with them is listed for all runs
-            return (
+            return refined_at_receptors(
                 found if isinstance(receptors, Problem) else found.model_copy(update={"receptors": receptors})
             )
         ground = settings.georeference
         if ground is None or "map" not in (ground.receptors, ground.releases):
-            return settings
+            return refined_at_receptors(settings)
         slope = self._slope(settings)
         changed: dict[str, Any] = {"receptors": receptors_on_bed(settings, slope)}
         if ground.releases == "map":
@@ -190,7 +192,7 @@ class _Judge:
                 for release in settings.releases
             )
             changed["release"] = releases if isinstance(settings.release, tuple) else releases[0]
-        return settings.model_copy(update=changed)
+        return refined_at_receptors(settings.model_copy(update=changed))
 
     def _on_surface(self, settings: Settings) -> tuple[Settings, list[Problem]]:
         """Give settings on an elevation model with their domain, and what is wrong with their files."""
@@ -269,7 +271,7 @@ class _Judge:
     def for_all_runs(self, settings: Settings) -> list[Problem]:
         """List what is wrong with what is said of all runs; receptors are in coordinates of the bed."""
         problems = [] if settings.georeference is None else wrongly_on_map(settings, settings.georeference)
-        problems += varied_places(settings)
+        problems += varied_places(settings) + unknown_receptors(settings)
         domain = settings.domain
         if not isinstance(settings.receptors, tuple):
             receptors = self.map_files.receptors(settings)

@@ -19,6 +19,7 @@ from pipeline.scenario import solver_objects, structures
 from pipeline.scenario.solver_objects import Outlines
 from pipeline.scenario.strict_yaml import Path
 from pipeline.settings.hazard import Georeference
+from pipeline.settings.points import GradedPoints
 from pipeline.settings.receptor import Receptor
 from pipeline.settings.section import Pair
 from pipeline.settings.settings import Domain, Settings
@@ -90,6 +91,35 @@ def receptors_on_bed(settings: Settings, slope: SlopeProfile) -> tuple[Receptor,
             kind = "line" if each.line is not None else "polygon"
             found.append(each.model_copy(update={kind: places}))
     return tuple(found)
+
+
+def refined_at_receptors(settings: Settings) -> Settings:
+    """Give settings whose points stand closer in regions and along lines where those name receptors."""
+    if not isinstance(settings.points, GradedPoints):
+        return settings
+    known = {each.name: each for each in settings.places}
+    refine = tuple(
+        each.around(known[each.receptor]) if each.receptor in known else each
+        for each in settings.points.refine
+    )
+    if refine == settings.points.refine:
+        return settings
+    return settings.model_copy(update={"points": settings.points.model_copy(update={"refine": refine})})
+
+
+def unknown_receptors(settings: Settings) -> list[Problem]:
+    """List receptors that points are to stand closer around, and that are not there."""
+    if not isinstance(settings.points, GradedPoints):
+        return []
+    there = listed([each.name for each in settings.places]) or "there are none"
+    return [
+        Problem(
+            ("points", "refine", i, "receptor"),
+            f"expected the name of a receptor in the domain ({there}), found '{each.receptor}'",
+        )
+        for i, each in enumerate(settings.points.refine)
+        if each.receptor is not None
+    ]
 
 
 def corners_to_hold(settings: Settings, outlines: Outlines) -> NDArray[np.float64]:

@@ -24,6 +24,7 @@ from pipeline.scenario.levels import split
 from pipeline.scenario.places import part_inside
 from pipeline.scenario.schema_errors import check
 from pipeline.scenario.strict_yaml import Document, parse
+from pipeline.settings.points import GradedPoints
 from pipeline.settings.receptor import Receptor, source_of
 from pipeline.settings.settings import OF_ALL_RUNS, Domain, Settings, json_schema
 
@@ -200,7 +201,11 @@ def stored(attributes: Mapping[str, Any]) -> Settings:
 
 
 def _placed(data: dict[str, Any], settings: Settings) -> dict[str, Any]:
-    """Give the data of a file with its releases on the bed, where the file gives them on the map."""
+    """Give the data of a file with its releases on the bed, and points where its receptors are."""
+    points = settings.points
+    if isinstance(points, GradedPoints) and any(each.get("receptor") for each in data["points"]["refine"]):
+        refine = tuple(each.model_dump(exclude_unset=True) for each in points.refine)
+        data = {**data, "points": {**data["points"], "refine": refine}}
     ground = settings.georeference
     if ground is None or ground.releases != "map" or not settings.releases:
         return data
@@ -270,6 +275,9 @@ def _content(checked: checks.Checked) -> str:
         held["sample"].pop("levels")
     # what a scenario has nothing of makes no difference to it, and stores of before stay valid
     held = {name: value for name, value in held.items() if value or name not in WHERE_USED}
+    for refine in held["points"].get("refine", ()):
+        # what it stands for is there
+        refine.pop("receptor")
     for release in held["release"] if isinstance(held.get("release"), list) else [held.get("release")]:
         if release and not release.get("each", True):
             release.pop("each")

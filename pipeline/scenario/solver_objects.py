@@ -85,6 +85,8 @@ def points(settings: Settings, file: PointFile | None = None) -> Lattice | Point
                 if r.region is not None
                 else Corridor(r.line or (), r.spacing, r.margin)
                 for r in graded.refine
+                # one that is not there is told by the checks
+                if r.receptor is None
             ]
             return cloud.graded_points(x, y, graded.spacing, regions, graded.growth, graded.seed)
         case points_settings.FilePoints():

@@ -8,6 +8,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, Tag, model_validator
 
+from pipeline.settings.receptor import Receptor
 from pipeline.settings.section import Pair, Positive, Section, check_bounds, chosen_by, key, relation
 
 MOST_SCATTERED = 10_000_000
@@ -75,27 +76,44 @@ class Region(Section):
 
 
 class Refine(Section):
-    """A region with closer points: a rectangle, or what is near a line."""
+    """A region with closer points: a rectangle, or what is near a line or a receptor."""
 
-    region: Region | None = key("where the points stand closer; or `line`", default=None)
+    region: Region | None = key("where the points stand closer; or `line` or `receptor`", default=None)
     line: Annotated[tuple[Pair, ...], Field(min_length=2)] | None = key(
         "corners of a line along which the points stand closer, as the bottom of a channel; or `region`",
         "m",
         None,
     )
+    receptor: str | None = key(
+        "name of a receptor where the points stand closer: along its line, or in the rectangle around its "
+        "point or polygon; or `region`",
+        default=None,
+    )
     margin: Annotated[float, Field(ge=0)] = key(
-        "distance from the line within which they stand so", "m", default=0.0
+        "distance from the line or the receptor within which they stand so", "m", default=0.0
     )
     spacing: Positive = key("root of the area per point there", "m")
 
     @model_validator(mode="after")
     def _one_of_both(self) -> Refine:
-        if (self.region is None) == (self.line is None):
-            found = "nothing" if self.region is None else "both"
-            raise relation(f"expected either region or line, found {found}", "region", "line")
-        if self.line is None and self.margin > 0:
+        found = [name for name in ("region", "line", "receptor") if getattr(self, name) is not None]
+        if len(found) != 1:
+            words = " and ".join(found) or "nothing"
+            raise relation(
+                f"expected one of region, line and receptor, found {words}", *(found or ["region"])
+            )
+        if self.region is not None and self.margin > 0:
             raise relation("expected no margin with region, found one", "margin", "region")
         return self
+
+    def around(self, receptor: Receptor) -> Refine:
+        """Give the line or the rectangle around the receptor that it names."""
+        if receptor.line is not None:
+            return Refine(line=receptor.line, margin=self.margin, spacing=self.spacing)
+        # bounds increase, also around a point without a margin
+        reach = max(self.margin, self.spacing / 2)
+        x, y = ((min(each) - reach, max(each) + reach) for each in zip(*receptor.corners, strict=True))
+        return Refine(region=Region(x=x, y=y), spacing=self.spacing)
 
     @property
     def area(self) -> float:

@@ -76,6 +76,17 @@ def test_summaries_are_about_those_of_a_lattice(folder, even, lattice):
         assert float(cloud["volume_error"].max()) < 1e-14
 
 
+def test_points_stand_closer_around_a_receptor_of_a_file(folder):
+    write_polygons(folder / "houses.gpkg", {"house": (120, -110, 140, -90)})
+    around = "points: {layout: graded, spacing: 12, refine: [{receptor: house, margin: 20, spacing: 3}]}"
+    store = run(folder, "around", (LATTICE, around), more="receptors: houses.gpkg\n")
+    x, y = store["x"] - WEST, store["y"] - NORTH
+    near = (abs(x - 130) < 25) & (abs(y + 100) < 25)
+    far = (abs(x - 130) > 120) | (abs(y + 100) > 120)
+    assert float(store["plan_area"][near].mean()) == pytest.approx(9, rel=0.1)
+    assert float(store["plan_area"][far].mean()) > 100
+
+
 def test_a_store_holds_places_on_the_map_and_both_areas(even):
     x, y = even["x"].to_numpy(), even["y"].to_numpy()
     assert (x > WEST).all()

@@ -71,6 +71,27 @@ def test_graded_points_follow_a_line(scenario):
     assert cloud.cell_area[away > 1.9].min() > 0.08
 
 
+@pytest.mark.parametrize(
+    ("receptor", "same"),
+    [
+        ("line: [[1, -1], [5, 1]]", "{line: [[1, -1], [5, 1]], margin: 0.3, spacing: 0.1}"),
+        ("point: [3, 0]", "{region: {x: [2.7, 3.3], y: [-0.3, 0.3]}, spacing: 0.1}"),
+        ("polygon: [[2, 0], [4, 0], [3, 1]]", "{region: {x: [1.7, 4.3], y: [-0.3, 1.3]}, spacing: 0.1}"),
+    ],
+)
+def test_graded_points_follow_a_receptor(scenario, receptor, same):
+    layout = "{{layout: graded, spacing: 0.5, growth: 0.2, refine: [{}]}}"
+    named = scenario(
+        layout.format("{receptor: school, margin: 0.3, spacing: 0.1}")
+        + f"\nreceptors: [{{name: school, {receptor}}}]"
+    )
+    there = scenario(layout.format(same))
+    np.testing.assert_array_equal(points_of(named).points, points_of(there).points)
+    assert named.digest == there.digest
+    (run,) = expand(named)
+    assert run.settings.points == there.settings.points
+
+
 @pytest.mark.parametrize("suffix", ["csv", "nc"])
 def test_points_of_a_file_are_taken_as_they_are(scenario, tmp_path, suffix):
     given = random_points(X, Y, 300, 1).points
@@ -144,7 +165,7 @@ def test_points_that_do_not_fit_are_named_before_anything_is_written(scenario, t
         ),
         (
             "{layout: graded, spacing: 1, refine: [{spacing: 0.1}]}",
-            "47: points.refine.0.region: expected either region or line, found nothing",
+            "47: points.refine.0.region: expected one of region, line and receptor, found nothing",
         ),
         (
             "{layout: graded, spacing: 1, refine: [{line: [[0, 1]], spacing: 0.1}]}",
@@ -153,6 +174,11 @@ def test_points_that_do_not_fit_are_named_before_anything_is_written(scenario, t
         (
             "{layout: graded, spacing: 1, refine: [{region: {x: [0, 1], y: [0, 1]}, margin: 1, spacing: 1}]}",
             "88: points.refine.0.margin: expected no margin with region, found one",
+        ),
+        (
+            "{layout: graded, spacing: 1, refine: [{receptor: school, spacing: 0.1}]}",
+            "58: points.refine.0.receptor: expected the name of a receptor in the domain (there are none), "
+            "found 'school'",
         ),
         (
             "{layout: file, path: none.csv}",
