@@ -60,8 +60,8 @@ def implausible(prepared: Prepared, result: Result) -> list[str]:
 def profile_values(prepared: Prepared) -> dict[str, NDArray[np.float64]]:
     """Elevation and horizontal distance at the points of a cloud or along those of a lattice, (nx,), m.
 
-    On an elevation model elevation, m, area on the bed, m2, and that over the area in plan, all of the shape of
-    the points.
+    On an elevation model elevation, m, area on the bed, m2, and that over the area in plan, all of the shape
+    of the points.
     """
     return _profile_values(prepared.terrain, prepared.scene.points)
 
