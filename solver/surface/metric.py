@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.arrays import Array, with_beside
+from solver.arrays import Array, in_one_block, with_beside
 from solver.physics.elevation import Surface, plan_slopes, tangents
 
 
@@ -130,7 +130,7 @@ def metric_of(
     x_edges = _edge_frames(along_y, *([f[:, :, k] for f in frames] for k in (slice(-1), slice(1, None))))
     y_edges = _edge_frames(along_x, *([f[:, k] for f in frames] for k in (slice(-1), slice(1, None))))
     shape = b_x.shape
-    return Metric(
+    metric = Metric(
         per_area=_flat(1.0 / area),
         g_1=_flat(g_1),
         g_2=_flat(g_2),
@@ -148,6 +148,14 @@ def metric_of(
         x_edges=_padded(x_edges, (spacing, 1, 0, 1, 0), shape),
         y_edges=_padded(y_edges, (spacing, 0, 1, 0, 1), shape),
     )
+    return _in_one_block(metric)
+
+
+def _in_one_block(metric: Metric) -> Metric:
+    *cells, drain, x, y = metric
+    placed = in_one_block([*cells, *x, *y])
+    n, m = len(cells), len(cells) + len(x)
+    return Metric._make([*placed[:n], drain, EdgeFrames(*placed[n:m]), EdgeFrames(*placed[m:])])
 
 
 def _flat(values: Array) -> Array:
