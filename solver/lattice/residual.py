@@ -244,7 +244,7 @@ def stage(
                 restrict_side(y_fluxes, ring + a, h, v, u, beta_y, (j + 1) * m + a, b - a, low, -1.0)
             if j == grid.rows - GHOSTS - 1:
                 restrict_side(y_fluxes, ring + a, h, v, u, beta_y, j * m + a, b - a, high, 1.0)
-            close_y(walls, j, m, across, room, y_fluxes, ring)
+            close_y(walls, j, m, across, 0, room, y_fluxes, ring)
         short = False
         a, b = spans[0, j], spans[1, j]
         if a < b:

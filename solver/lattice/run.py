@@ -81,6 +81,9 @@ class LatticeRun(Run):
         Whether to compute the whole lattice from the start.
     """
 
+    # Stages of a step that have buffers of their own.
+    stages_at_once = 1
+
     def __init__(self, scene: Scene, end: float, arrival_depth: float, whole: bool = False) -> None:
         lattice = scene.points
         if not isinstance(lattice, Lattice):
@@ -170,13 +173,13 @@ class LatticeRun(Run):
         empty = np.zeros((2, self.grid.rows), dtype=np.int64)
         self.spans = Spans(empty, empty.copy(), empty.copy(), np.zeros(stride))
         self.walls = None if self.scene.buildings is None else self._walls(self.scene.buildings)
-        n = stride + LANES
+        n, at_once = stride + LANES, self.stages_at_once
         self.buffers = Buffers(
             FaceValues(*(roomy(n) for _ in range(7))),
-            FaceValues(*(roomy(2 * n) for _ in range(7))),
-            Fluxes(*(roomy(RING * n) for _ in range(4))),
-            Fluxes(*(roomy(RING * n) for _ in range(4))),
-            np.ones(RING * n),
+            FaceValues(*(roomy(2 * at_once * n) for _ in range(7))),
+            Fluxes(*(roomy(at_once * RING * n) for _ in range(4))),
+            Fluxes(*(roomy(at_once * RING * n) for _ in range(4))),
+            np.ones(at_once * RING * n),
             Fields(*(roomy(n) for _ in range(3))),
         )
         bed, entrained = self.scene.erodible_bed, self.erosion.entrained

@@ -105,14 +105,15 @@ def close_x(walls: Walls | None, row: int, stride: int, along: FaceValues, fluxe
 
 @kernel()
 def close_y(
-    walls: Walls | None, row: int, stride: int, across: FaceValues, room: int, fluxes: Fluxes, at: int
-) -> None:
+    walls: Walls | None, row: int, stride: int, across: FaceValues, even: int, room: int,
+    fluxes: Fluxes, at: int,
+) -> None:  # fmt: skip
     """Close the faces along y between a row and the next one where one of both cells is a building.
 
     Parameters
     ----------
-    across, room
-        Face values of two rows, even ones first, and the length of each.
+    across, even, room
+        Face values of two rows, index of column 0 of the even one, which is first, and the length of each.
     fluxes, at
         Changed in place; ``at`` is the index of the face after the first column.
     """
@@ -121,13 +122,13 @@ def close_y(
     for n in range(walls.first[row], walls.first[row + 1]):
         if walls.blocked[n, NORTH]:
             c = walls.cell[n] - row * stride
-            k = (row % 2) * room + c
+            k = even + (row % 2) * room + c
             push, pressed = wall_flux(across.h_high[k], across.n_high[k], across.c[k])
             close_face(fluxes, at + c, push, pressed)
     for n in range(walls.first[row + 1], walls.first[min(row + 2, len(walls.first) - 1)]):
         if walls.blocked[n, SOUTH]:
             c = walls.cell[n] - (row + 1) * stride
-            k = ((row + 1) % 2) * room + c
+            k = even + ((row + 1) % 2) * room + c
             push, pressed = wall_flux(across.h_low[k], -across.n_low[k], across.c[k])
             close_face(fluxes, at + c, push, pressed)
 

@@ -18,6 +18,7 @@ from solver.lattice.spans import Spans
 from solver.lattice.walls import Walls
 from solver.surface.metric import Metric
 from solver.surface.pressure import Pressure
+from solver.surface.reconstruction import Levels
 
 
 class SurfaceArrays(NamedTuple):
@@ -50,6 +51,7 @@ class SurfaceArrays(NamedTuple):
     inner: NDArray[np.bool_]
     walls: Walls | None
     buffers: Buffers
+    levels: Levels
     record: Record
     erosion: Erosion
     inflows: Inflows

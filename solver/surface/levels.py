@@ -14,22 +14,22 @@ from solver.kernels.limiter import ALL
 
 
 @kernel(inline=True)
-def level_at_edge(h: float, tilt: float) -> float:
-    """Depth at an edge of a cell whose surface is level, m (S11).
+def levels_at_edges(h: float, tilt: float) -> tuple[float, float]:
+    """Depths at the low and high edge of a cell whose surface is level, m (S11).
 
-    What does not cover its cell is a wedge there, ``2 sqrt(h tilt)`` deep at its foot and nothing at its
-    other edge.
+    What does not cover its cell is a wedge, ``2 sqrt(h tilt)`` deep at its foot, and nothing at its other
+    edge.
 
     Parameters
     ----------
     h : float
         Mean depth, m.
     tilt : float
-        Depth that a level surface gains from the middle of the cell to this edge, m.
+        Depth that a level surface gains from the middle of the cell to its high edge, m.
     """
-    foot = tilt if tilt > 0.0 else 0.0
-    wedge = 2.0 * math.sqrt(h * foot)
-    return h + tilt if h >= abs(tilt) else wedge
+    wedge, covers = 2.0 * math.sqrt(h * abs(tilt)), h >= abs(tilt)
+    low = h - tilt if covers else (wedge if tilt < 0.0 else 0.0)
+    return low, h + tilt if covers else (wedge if tilt > 0.0 else 0.0)
 
 
 @kernel(inline=True)
@@ -50,8 +50,8 @@ def steps_of_surface(
     """
     h_b, h_i, h_a = h
     t_b, t_i, t_a = tilt
-    low, high = level_at_edge(h_i, -t_i), level_at_edge(h_i, t_i)
-    return low, high, low - level_at_edge(h_b, t_b), level_at_edge(h_a, -t_a) - high
+    low, high = levels_at_edges(h_i, t_i)
+    return low, high, low - levels_at_edges(h_b, t_b)[1], levels_at_edges(h_a, t_a)[0] - high
 
 
 @kernel(inline=True)

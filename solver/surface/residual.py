@@ -16,6 +16,7 @@ from solver.compiled import ONE, kernel
 from solver.kernels.friction import law_at
 from solver.kernels.limiter import EMPTIED, afforded
 from solver.kernels.riemann import hll
+from solver.kernels.runge_kutta import SSP_RK3, share_of_step
 from solver.kernels.sections.inflow import admit, close_to_backflow, dismiss
 from solver.kernels.sections.measured import measure
 from solver.kernels.source_terms import acting_share, update_cell
@@ -29,6 +30,9 @@ from solver.surface.metric import EdgeFrames, Metric
 from solver.surface.pressure import Pressure, over_edges, pushed, tilts_of
 from solver.surface.reconstruction import edge_values
 from solver.surface.walls import edges_beside
+
+# Rows that a stage is behind the one before: it reads two rows ahead, and a row is updated with the next.
+BEHIND = 3
 
 
 @kernel(unaliased=True)
@@ -204,32 +208,45 @@ def update_row(
         )
 
 
-@kernel()
-def stage(
+@kernel(inline=True)
+def sweep_row(
     arrays: SurfaceArrays,
     start: Fields,
     now: Fields,
     out: Fields,
+    j: int,
     first: int,
-    last: int,
+    short_before: bool,
+    place: int,
     part: float,
     share: float,
     dt: float,
-) -> None:
-    """One Runge-Kutta stage over the spans to be stepped.
+) -> bool:
+    """Find the fluxes of a row in a Runge-Kutta stage, and update the row before, whose fluxes are all known.
 
     Parameters
     ----------
     start, now, out : Fields
         State at the start of the step, of this stage, and to be filled; ``out`` may be ``start``.
-    first, last : int
-        Rows to be stepped, from `solver.lattice.spans.spread`.
+    j : int
+        The row; rows are swept from the one before ``first`` to the one after the last that is stepped.
+    first : int
+        First row to be stepped, from `solver.lattice.spans.spread`.
+    short_before : bool
+        What this returned for the row before.
+    place : int
+        Number of the stage among those that are swept together, each of which has buffers of its own.
     part : float
         Weight of this stage's result in the convex combination with ``start``.
     share : float
         Weight of this stage's fluxes in the whole step, for what passes sections.
     dt : float
         Time step, s.
+
+    Returns
+    -------
+    bool
+        Whether some cell of the row runs dry.
     """
     static, metric, material, grid = arrays.static, arrays.metric, arrays.material, arrays.grid
     pressure = arrays.pressure
@@ -239,95 +256,127 @@ def stage(
     inflows, sections = arrays.inflows, arrays.sections
     comes_in, measured = len(inflows.cell) > 0, len(sections.volume) > 0
     room = m + LANES
-    along, across, x_fluxes, y_fluxes, lost, before = arrays.buffers
+    levels, (along, across, x_fluxes, y_fluxes, lost, before) = arrays.levels, arrays.buffers
     h, u, v = now
     x, y = metric.x_edges, metric.y_edges
     x_mass, y_mass = x_fluxes.mass, y_fluxes.mass
-    short_before = False
-    for j in range(first - 1, last + 2):
-        ring, below = (j % RING) * room, ((j - 1) % RING) * room
-        for k in range(j if j < first else j + 1, j + 2):
-            a, b = hull(spans, k - 1, k + 1)
-            to = (k % 2) * room + a
-            edge_values(h, u, v, beta_y, tilt_y, y, k * m + a, m, whole(b - a), dry, across, to)
-            edges_beside(now, walls, beta_y, tilt_y, y, k, m, m, dry, across, (k % 2) * room)
-        a, b = hull(spans, j, j + 1)
-        one, two = (j % 2) * room + a, ((j + 1) % 2) * room + a
-        hll(across, one, across, two, static, j * m + a, m, whole(b - a), dry, y_fluxes, ring + a)
-        close_y(walls, j, m, across, room, y_fluxes, ring)
-        lengthen(y_fluxes, ring + a, y.length, j * m + a, b - a)
-        short = False
-        a, b = spans[0, j], spans[1, j]
-        if a < b:
-            cell = j * m + a - 1
-            edge_values(h, u, v, beta_x, tilt_x, x, cell, ONE, whole(b - a + 2), dry, along, a - 1)
-            edges_beside(now, walls, beta_x, tilt_x, x, j, m, ONE, dry, along, 0)
-            hll(along, a - 1, along, a, static, cell, ONE, whole(b - a + 1), dry, x_fluxes, ring + a)
-            close_x(walls, j, m, along, x_fluxes, ring)
-            lengthen(x_fluxes, ring + a, x.length, cell, b - a + 1)
-        if comes_in:
-            close_to_backflow(inflows, h, j, m, along, across, room, x_fluxes, y_fluxes, ring, dt)
-        if a < b:
-            cell = j * m + a - 1
-            masses = x_mass, ring + a, y_mass, below + a, ring + a
-            short = outflow_limits(h, metric.per_area, cell + 1, b - a, *masses, dt, lost, ring + a)
-            if not short:
-                lost[ring + a : ring + b] = 0.0
-            else:
-                lost[ring + a - 1] = lost[ring + b] = 0.0
-                to = ring + a - 1, ring + a, u, v, x, cell, 1, b - a + 1
-                limit_outflow(x_fluxes, ring + a, lost, *to)
-        if short or short_before:
-            a, b = hull(spans, j - 1, j)
-            for row in (j - 1, j):
-                lo, hi = (spans[0, row], spans[1, row]) if spans[0, row] < spans[1, row] else (b, b)
-                lost[(row % RING) * room + a : (row % RING) * room + lo] = 0.0
-                lost[(row % RING) * room + hi : (row % RING) * room + b] = 0.0
-            over = below + a, ring + a, u, v, y, (j - 1) * m + a, m, b - a
-            limit_outflow(y_fluxes, below + a, lost, *over)
-        short_before = short
-        row = j - 1
-        a, b = spans[0, row], spans[1, row]
-        if measured and row >= first - 1:
-            across_y = hull(spans, row, row + 1)
-            measure(sections, row, (a, b), across_y, x_fluxes, y_fluxes, below, share * dt)
-        if row < first or a >= b:
-            continue
-        south = ((row - 1) % RING) * room + a
-        cell, count = row * m + a, b - a
-        copy_row(start, cell, count, before, a)
-        # the whole row, and cells that flow comes into once more; one call, which is compiled into this loop
-        c = a
-        e, stop = (inflows.first[row], inflows.first[row + 1]) if comes_in else (0, 0)
-        begin = e
-        while True:
-            update_row(
-                before,
-                c,
-                now,
-                out,
-                static,
-                pressure,
-                metric,
-                material,
-                cell,
-                m,
-                count,
-                x_fluxes,
-                below + c,
-                y_fluxes,
-                south - a + c,
-                below + c,
-                part,
-                dt,
-            )
-            if not comes_in:
-                break
-            dismiss(inflows, begin, e, x_fluxes, below + c, y_fluxes, south - a + c, below + c)
-            while e < stop and not a <= inflows.column[e] < b:
-                e += 1
-            if e >= stop:
-                break
-            cell, c, count = inflows.cell[e], inflows.column[e], 1
-            at = x_fluxes, below + c, y_fluxes, south - a + c, below + c
-            begin, e = e, admit(inflows, e, *at, h[cell], u[cell], v[cell], beta_x[cell], beta_y[cell], dt)
+    rows, even = place * RING * room, place * 2 * room
+    ring, below = rows + (j % RING) * room, rows + ((j - 1) % RING) * room
+    for k in range(j if j < first else j + 1, j + 2):
+        a, b = hull(spans, k - 1, k + 1)
+        into = even + (k % 2) * room
+        edge_values(h, u, v, beta_y, tilt_y, y, k * m + a, m, whole(b - a), dry, levels, across, into + a)
+        edges_beside(now, walls, beta_y, tilt_y, y, k, m, m, dry, levels, across, into)
+    a, b = hull(spans, j, j + 1)
+    one, two = even + (j % 2) * room + a, even + ((j + 1) % 2) * room + a
+    hll(across, one, across, two, static, j * m + a, m, whole(b - a), dry, y_fluxes, ring + a)
+    close_y(walls, j, m, across, even, room, y_fluxes, ring)
+    lengthen(y_fluxes, ring + a, y.length, j * m + a, b - a)
+    short = False
+    a, b = spans[0, j], spans[1, j]
+    if a < b:
+        cell = j * m + a - 1
+        edge_values(h, u, v, beta_x, tilt_x, x, cell, ONE, whole(b - a + 2), dry, levels, along, a - 1)
+        edges_beside(now, walls, beta_x, tilt_x, x, j, m, ONE, dry, levels, along, 0)
+        hll(along, a - 1, along, a, static, cell, ONE, whole(b - a + 1), dry, x_fluxes, ring + a)
+        close_x(walls, j, m, along, x_fluxes, ring)
+        lengthen(x_fluxes, ring + a, x.length, cell, b - a + 1)
+    if comes_in:
+        close_to_backflow(inflows, h, j, m, along, across, room, x_fluxes, y_fluxes, ring, dt)
+    if a < b:
+        cell = j * m + a - 1
+        masses = x_mass, ring + a, y_mass, below + a, ring + a
+        short = outflow_limits(h, metric.per_area, cell + 1, b - a, *masses, dt, lost, ring + a)
+        if not short:
+            lost[ring + a : ring + b] = 0.0
+        else:
+            lost[ring + a - 1] = lost[ring + b] = 0.0
+            to = ring + a - 1, ring + a, u, v, x, cell, 1, b - a + 1
+            limit_outflow(x_fluxes, ring + a, lost, *to)
+    if short or short_before:
+        a, b = hull(spans, j - 1, j)
+        for row in (j - 1, j):
+            lo, hi = (spans[0, row], spans[1, row]) if spans[0, row] < spans[1, row] else (b, b)
+            at_row = rows + (row % RING) * room
+            lost[at_row + a : at_row + lo] = 0.0
+            lost[at_row + hi : at_row + b] = 0.0
+        over = below + a, ring + a, u, v, y, (j - 1) * m + a, m, b - a
+        limit_outflow(y_fluxes, below + a, lost, *over)
+    row = j - 1
+    a, b = spans[0, row], spans[1, row]
+    if measured and row >= first - 1:
+        across_y = hull(spans, row, row + 1)
+        measure(sections, row, (a, b), across_y, x_fluxes, y_fluxes, below, share * dt)
+    if row < first or a >= b:
+        return short
+    south = rows + ((row - 1) % RING) * room + a
+    cell, count = row * m + a, b - a
+    copy_row(start, cell, count, before, a)
+    # the whole row, and cells that flow comes into once more; one call, which is compiled into this loop
+    c = a
+    e, stop = (inflows.first[row], inflows.first[row + 1]) if comes_in else (0, 0)
+    begin = e
+    while True:
+        update_row(
+            before,
+            c,
+            now,
+            out,
+            static,
+            pressure,
+            metric,
+            material,
+            cell,
+            m,
+            count,
+            x_fluxes,
+            below + c,
+            y_fluxes,
+            south - a + c,
+            below + c,
+            part,
+            dt,
+        )
+        if not comes_in:
+            break
+        dismiss(inflows, begin, e, x_fluxes, below + c, y_fluxes, south - a + c, below + c)
+        while e < stop and not a <= inflows.column[e] < b:
+            e += 1
+        if e >= stop:
+            break
+        cell, c, count = inflows.cell[e], inflows.column[e], 1
+        at = x_fluxes, below + c, y_fluxes, south - a + c, below + c
+        begin, e = e, admit(inflows, e, *at, h[cell], u[cell], v[cell], beta_x[cell], beta_y[cell], dt)
+    return short
+
+
+@kernel()
+def take_stages(arrays: SurfaceArrays, first: int, last: int, dt: float) -> None:
+    """Take the stages of a step over the spans to be stepped, in one sweep over the rows.
+
+    Each stage follows the one before as close as it may: what it reads has then not yet left the caches.
+    Where something comes in or passes sections one follows the other, since their sums are over stages.
+
+    Parameters
+    ----------
+    first, last : int
+        Rows to be stepped, from `solver.lattice.spans.spread`.
+    dt : float
+        Time step, s.
+    """
+    now, one, two = arrays.now, arrays.first_stage, arrays.second_stage
+    apart = len(arrays.inflows.cell) > 0 or len(arrays.sections.volume) > 0
+    lag, short = last - first + BEHIND if apart else BEHIND, 0
+    for sweep in range(first - 1, last + 2 + (len(SSP_RK3) - 1) * lag):
+        # one call, which is compiled into this loop
+        for k in range(len(SSP_RK3)):
+            j = sweep - k * lag
+            if not first - 1 <= j <= last + 1:
+                continue
+            source = now if k == 0 else (one if k % 2 == 1 else two)
+            out = now if k == len(SSP_RK3) - 1 else (one if k % 2 == 0 else two)
+            weights = SSP_RK3[k], share_of_step(SSP_RK3, k)
+            bit, place = 1 << k, 0 if apart else k
+            before = (short & bit) != 0
+            found = sweep_row(arrays, now, source, out, j, first, before, place, *weights, dt)
+            short = short | bit if found else short & ~bit

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from solver.arrays import Array, Indices
 from solver.compiled import compile_for
 from solver.kernels.earth_pressure import at_rest
-from solver.kernels.runge_kutta import Limits
+from solver.kernels.runge_kutta import SSP_RK3, Limits
 from solver.kernels.sections.inflow import HIGH_X, LOW_X, LOW_Y
 from solver.kernels.state import GHOSTS, Bed
 from solver.lattice.run import LatticeRun
@@ -25,7 +25,8 @@ from solver.scene import Scene
 from solver.surface.arrays import SurfaceArrays
 from solver.surface.metric import Metric, metric_of
 from solver.surface.pressure import pressure_of
-from solver.surface.residual import stage
+from solver.surface.reconstruction import TOGETHER, Levels
+from solver.surface.residual import take_stages
 from solver.surface.time_stepping import (
     advance_among_buildings,
     advance_surface,
@@ -58,6 +59,8 @@ class SurfaceRun(LatticeRun):
     ValueError
         If cells are not square in plan, earth pressure has the axes of a profile, or a side is not open.
     """
+
+    stages_at_once = len(SSP_RK3)
 
     def __init__(self, scene: Scene, end: float, arrival_depth: float, whole: bool = False) -> None:
         surface, lattice = scene.terrain, scene.points
@@ -188,6 +191,7 @@ class SurfaceRun(LatticeRun):
             inner=self.inner,
             walls=self.walls,
             buffers=self.buffers,
+            levels=Levels(*(np.zeros(TOGETHER) for _ in Levels._fields)),
             record=self.record,
             erosion=self.erosion,
             inflows=self.inflows,
@@ -206,8 +210,7 @@ class SurfaceRun(LatticeRun):
             compile_for(erode, self.arrays, GHOSTS, GHOSTS, 0.0)
             compile_for(copy_surroundings, self.now, self.now, self.spans.stepped, self.grid, GHOSTS, GHOSTS)
             return
-        states = self.now, self.now, self.stages[0]
-        compile_for(stage, self.arrays, *states, GHOSTS, GHOSTS, 1.0, 1.0, 0.0)
+        compile_for(take_stages, self.arrays, GHOSTS, GHOSTS, 0.0)
 
     @property
     def volume(self) -> float:

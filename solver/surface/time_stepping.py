@@ -11,7 +11,6 @@ from solver.kernels.runge_kutta import (
     CONTINUE,
     GROW,
     NOT_FINITE,
-    SSP_RK3,
     Limits,
     Progress,
     march,
@@ -23,7 +22,7 @@ from solver.lattice.spans import comes_to, copy_surroundings, spread
 from solver.lattice.time_stepping import Rows, record_maxima
 from solver.surface.arrays import SurfaceArrays
 from solver.surface.metric import Metric
-from solver.surface.residual import stage
+from solver.surface.residual import take_stages
 from solver.surface.status import classify_surface, moving_volume_exceeds
 from solver.surface.walls import classify_edges_beside
 
@@ -98,19 +97,16 @@ def begin_step(arrays: SurfaceArrays, limits: Limits, progress: Progress) -> tup
 def take_stage(
     arrays: SurfaceArrays, rows: Rows, k: int, part: float, share: float, dt: float, progress: Progress
 ) -> Rows:
-    """Take the k-th stage; what is eroded comes after the last."""
-    now, one, two = arrays.now, arrays.first_stage, arrays.second_stage
+    """Take all stages with the first one; what is eroded comes after them."""
     first, last, cells = rows
     if k == 0:
         if len(arrays.inflows.cell) > 0:
             begin_inflow(arrays.inflows, progress.time[0], dt)
-        copy_surroundings(now, one, arrays.spans.stepped, arrays.grid, first, last)
-        copy_surroundings(now, two, arrays.spans.stepped, arrays.grid, first, last)
-    source = now if k == 0 else (one if k % 2 == 1 else two)
-    out = now if k == len(SSP_RK3) - 1 else (one if k % 2 == 0 else two)
-    stage(arrays, now, source, out, first, last, part, share, dt)
-    if k == len(SSP_RK3) - 1 and arrays.erosion.available.size > 0:
-        erode(arrays, first, last, dt)
+        for state in (arrays.first_stage, arrays.second_stage):
+            copy_surroundings(arrays.now, state, arrays.spans.stepped, arrays.grid, first, last)
+        take_stages(arrays, first, last, dt)
+        if arrays.erosion.available.size > 0:
+            erode(arrays, first, last, dt)
     progress.cell_stages[0] += cells
     return rows
 

@@ -12,7 +12,7 @@ from solver.lattice.spans import Spans, trim
 from solver.lattice.walls import EAST, NORTH, SOUTH, WEST, Walls
 from solver.surface.metric import EdgeFrames, Metric
 from solver.surface.pressure import Pressure, over_edges
-from solver.surface.reconstruction import edge_values
+from solver.surface.reconstruction import Levels, edge_values
 from solver.surface.status import classify_row
 
 # copies, as in `solver.lattice.walls`
@@ -91,7 +91,7 @@ def mirror_at_edges(now: Fields, walls: Walls, beta: Array, edges: EdgeFrames, n
 @kernel()
 def edges_beside(
     now: Fields, walls: Walls | None, beta: Array, tilt: Array, edges: EdgeFrames, row: int, stride: int,
-    step: int, dry: float, out: FaceValues, to: int,
+    step: int, dry: float, levels: Levels, out: FaceValues, to: int,
 ) -> None:  # fmt: skip
     """Reconstruct the cells of a row that are beside buildings along one direction, with their images.
 
@@ -110,7 +110,7 @@ def edges_beside(
             i = walls.cell[n]
             mirror_at_edges(now, walls, beta, edges, n, step)
             h, u, v = walls.images
-            reconstruct(h, u, v, beta, tilt, edges, i, step, ONE, dry, out, to + i - row * stride)
+            reconstruct(h, u, v, beta, tilt, edges, i, step, ONE, dry, levels, out, to + i - row * stride)
 
 
 @kernel()

@@ -7,7 +7,7 @@ from solver.physics.friction import Coulomb
 from solver.points.lattice import Lattice
 from solver.scene import Scene
 from solver.simulation import simulate
-from solver.surface.levels import level_at_edge, steps_of_surface
+from solver.surface.levels import levels_at_edges, steps_of_surface
 from solver.verification.bank_cases import BASIN, in_gully, moving_share, pond
 from solver.verification.surfaces import Gully
 
@@ -15,7 +15,7 @@ from solver.verification.surfaces import Gully
 @pytest.mark.parametrize("tilt", [0.3, 2.0, -0.3, -2.0])
 @pytest.mark.parametrize("h", [0.01, 0.5, 3.0])
 def test_gravity_on_a_level_layer_is_balanced_by_what_its_edges_show(h, tilt):
-    low, high = level_at_edge(h, -tilt), level_at_edge(h, tilt)
+    low, high = levels_at_edges(h, tilt)
     assert min(low, high) >= 0
     np.testing.assert_allclose(0.5 * (high**2 - low**2), 2 * h * tilt, rtol=1e-14)
     # what is below a plane over a cell, one wide, that falls by twice the tilt

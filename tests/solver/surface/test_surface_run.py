@@ -1,10 +1,12 @@
 """Runs on elevation models: rest, mirror images, the ledger, drains, and going on from a snapshot."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from checkpoints import with_and_without_a_restart
 
-from solver import Coulomb, Lattice, MohrCoulomb, Scene, Voellmy, simulate
+from solver import Coulomb, Lattice, MohrCoulomb, Scene, Section, Voellmy, simulate
 from solver.physics.elevation import ElevationModel, edges_of, lifted_area, plan_slopes
 from solver.scene import Boundaries
 
@@ -148,6 +150,20 @@ def test_skipping_changes_no_bit():
     one, two = (simulate(scene(model, depth), [5.0, 20.0], skip=skip) for skip in (True, False))
     np.testing.assert_array_equal(one.depth, two.depth)
     np.testing.assert_array_equal(one.max_speed, two.max_speed)
+
+
+@pytest.mark.parametrize("built", [False, True])
+def test_stages_swept_together_are_those_one_after_the_other_to_the_last_bit(built):
+    model, depth = rough(noise=0.2), heap()
+    x, y = POINTS.coordinates
+    buildings = (np.abs(x - 10) < 4) & (np.abs(y - 5) < 5) if built else None
+    alone = scene(model, depth, 7.0, buildings=buildings)
+    # what passes a section is summed over stages, which follow each other then
+    measured = replace(alone, sections=(Section("below", ((0, -20), (0, 30))),), section_times=(0.0, 20.0))
+    one, two = (simulate(each, [5.0, 20.0]) for each in (alone, measured))
+    assert one.steps == two.steps > 50
+    for field in ("depth", "velocity_x", "velocity_y", "max_speed"):
+        np.testing.assert_array_equal(getattr(one, field), getattr(two, field))
 
 
 def test_ten_steps_are_five_and_a_restart_and_five(monkeypatch):
