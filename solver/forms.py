@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Hashable
 from typing import Literal
 
+import numpy as np
+from numpy.typing import NDArray
+
 from solver.cloud.operators import CloudOperators
 from solver.cloud.operators import prepare as prepare_cloud
 from solver.cloud.run import CloudRun
@@ -34,8 +37,11 @@ Kind = Literal[
 def kind_of(
     points: Lattice | PointCloud, scheme: Scheme, *, on_surface: bool = False, built: bool = False
 ) -> Kind:
-    """Say which kind of run a scheme makes on points; ``built`` : whether there are buildings."""
-    if built:
+    """Say which kind of run a scheme makes on points; ``built`` : whether there are buildings.
+
+    On a cloud they take no kernels of their own.
+    """
+    if built and isinstance(points, Lattice):
         return "surface-with-buildings" if on_surface else "lattice-with-buildings"
     if on_surface:
         return "surface" if isinstance(points, Lattice) else "cloud-on-surface"
@@ -53,7 +59,9 @@ def key(points: Lattice | PointCloud, scheme: Scheme) -> Hashable:
     return scheme.support, scheme.degree, scheme.weight_shape
 
 
-def prepare(points: Lattice | PointCloud, scheme: Scheme) -> Operators | None:
+def prepare(
+    points: Lattice | PointCloud, scheme: Scheme, buildings: NDArray[np.bool_] | None = None
+) -> Operators | None:
     """Make the operators that `solver.scene.Scene` takes for runs that share points and scheme.
 
     Parameters
@@ -62,6 +70,8 @@ def prepare(points: Lattice | PointCloud, scheme: Scheme) -> Operators | None:
         Points of the runs.
     scheme : WeightedResidual or Collocation
         Their scheme.
+    buildings : array, optional
+        Whether a cell is a building, of the shape of the points; on a lattice nothing depends on them.
 
     Returns
     -------
@@ -79,15 +89,13 @@ def prepare(points: Lattice | PointCloud, scheme: Scheme) -> Operators | None:
         )
     if isinstance(points, Lattice):
         return None
-    return prepare_cloud(points, scheme.support, scheme.degree, scheme.weight_shape)
+    return prepare_cloud(points, scheme.support, scheme.degree, scheme.weight_shape, buildings)
 
 
 def begin(scene: Scene, end: float, arrival_depth: float, skip: bool) -> Run:
     """Make the run that a scene's points and scheme ask for."""
-    if scene.buildings is not None and not (
-        isinstance(scene.points, Lattice) and isinstance(scene.scheme, WeightedResidual)
-    ):
-        raise ValueError("buildings take the weighted-residual form on a lattice")
+    if scene.buildings is not None and not isinstance(scene.scheme, WeightedResidual):
+        raise ValueError("buildings take the weighted-residual form")
     on_surface, built = isinstance(scene.terrain, Surface), scene.buildings is not None
     match kind_of(scene.points, scene.scheme, on_surface=on_surface, built=built):
         case "surface" | "surface-with-buildings":

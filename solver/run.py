@@ -24,6 +24,7 @@ from solver.physics.earth_pressure import MohrCoulomb
 from solver.physics.elevation import Surface
 from solver.physics.friction import Coulomb
 from solver.physics.resistance import Zoned, area_weighted
+from solver.points.lattice import Lattice
 from solver.scene import Collocation, Scene
 
 Carried = Mapping[str, NDArray[Any]]
@@ -312,14 +313,14 @@ def check_buildings(scene: Scene) -> None:
         raise ValueError(f"buildings must be true or false, of the points' shape {scene.points.shape}")
     if np.asarray(scene.depth)[buildings].any():
         raise ValueError("no material can lie in a building")
-    bounds = scene.boundaries
-    ends = (
-        (bounds.x_min, buildings[:, 0]),
-        (bounds.x_max, buildings[:, -1]),
-        (bounds.y_min, buildings[0]),
-        (bounds.y_max, buildings[-1]),
-    )
-    if any(not isinstance(side, str) and cells.any() for side, cells in ends):
+    bounds, points = scene.boundaries, scene.points
+    if isinstance(points, Lattice):
+        ends = [buildings[:, 0], buildings[:, -1], buildings[0], buildings[-1]]
+    else:
+        cells = points.control_volumes
+        ends = [buildings[cells.side_cell[cells.side == side]] for side in range(4)]
+    sides = bounds.x_min, bounds.x_max, bounds.y_min, bounds.y_max
+    if any(not isinstance(side, str) and cells.any() for side, cells in zip(sides, ends, strict=True)):
         raise ValueError("no building can stand at a side of given depth")
 
 

@@ -119,8 +119,8 @@ class Scene:
     zones : tuple of Zone
         With a law of friction of their own, which do not overlap.
     buildings : array, optional
-        Whether a cell of a lattice is a building, which nothing flows through, (ny, nx); None where there
-        is none.
+        Whether a cell is a building, which nothing flows through, of the shape of the points; None where
+        there is none.
     inflows : tuple of Inflow
         Hydrographs through sections.
     sections : tuple of Section

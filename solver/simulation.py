@@ -110,7 +110,7 @@ def simulate(
                     field[k] = values
     wall, cpu = watch.wall, watch.cpu
     came, left = run.ledger.T
-    through_open = left[run.sides.kind == OPEN].sum()
+    through_open = left[run.sides.kind[: len(left)] == OPEN].sum()
     record, deposit, eroded = run.maxima, run.state[0], run.eroded
     return Result(
         moments,

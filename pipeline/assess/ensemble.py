@@ -225,7 +225,7 @@ def ensemble(store: xr.Dataset, spacing: float | None = None) -> xr.Dataset:
     # a handful of numbers, looked at again and again
     runs[STATUS.name] = store[STATUS.name].load()
     if "point" in store.dims:
-        ground = {name: store[name] for name in ("area", "elevation") if name in store.variables}
+        ground = {name: store[name] for name in ("area", "elevation", "building") if name in store.variables}
         runs = gridded(runs.assign_coords(ground), spacing or mean_spacing(store))
     elif on_surface(store):
         runs = runs.assign_coords(elevation=store["elevation"])

@@ -49,7 +49,11 @@ def gridded(store: xr.Dataset, spacing: float) -> xr.Dataset:
         raise ValueError("the store is not that of a cloud: it has no dimension 'point'")
     domain = json.loads(store.attrs["domain"])
     points = np.stack([store["x"].to_numpy(), store["y"].to_numpy()], axis=1)
-    grid = _gridding(points.tobytes(), tuple(domain["x"]), tuple(domain["y"]), spacing)
+    about = points.tobytes(), tuple(domain["x"]), tuple(domain["y"]), spacing
+    built = store["building"].to_numpy() == 1 if "building" in store.variables else None
+    # the ground goes on below buildings
+    ground_grid = _gridding(*about)
+    grid = ground_grid if built is None else _gridding(*about, built.tobytes())
     ways: dict[str, Callable[..., Array]] = {
         "depth": grid.keeping_integral,
         "deposit_depth": grid.keeping_integral,
@@ -66,8 +70,11 @@ def gridded(store: xr.Dataset, spacing: float) -> xr.Dataset:
     ground = on_surface(store)
     known = {v.name: v.cf_attributes for v in (SURFACE_COORDINATES if ground else COORDINATES)}
     result = result.assign_coords({name: (name, at, known[name]) for name, at in axes.items()})
+    if built is not None:
+        stands = grid.nearest(store["building"].to_numpy())
+        result = result.assign_coords(building=(("y", "x"), stands, store["building"].attrs))
     if ground:
-        return _with_ground(result, store, grid)
+        return _with_ground(result, store, ground_grid)
     along, first = np.unique(store["x"].to_numpy(), return_index=True)
     profile = [name for name in ("elevation", "horizontal_distance") if name in store.variables]
     for name in profile:
@@ -105,16 +112,20 @@ def _filled(values: Array) -> Array:
     return np.where(unknown, values[~unknown].mean() if not unknown.all() else 0.0, values)
 
 
-@lru_cache(maxsize=2)
-def _gridding(points: bytes, x: Pair, y: Pair, spacing: float) -> Gridding:
-    """Prepare the approximation, once for all runs on a cloud of these points, float64 of shape (n, 2), m."""
+@lru_cache(maxsize=4)
+def _gridding(points: bytes, x: Pair, y: Pair, spacing: float, buildings: bytes | None = None) -> Gridding:
+    """Prepare the approximation, once for all runs on a cloud.
+
+    points, buildings : float64 of shape (n, 2), m, and bool of shape (n,).
+    """
     # kernels take longer to import than a store to open
     from solver.lmls.gridding import gridding
     from solver.points.cloud import PointCloud
     from solver.points.lattice import Lattice
 
     cloud = PointCloud(np.frombuffer(points).reshape(-1, 2), x, y)
-    return gridding(cloud, Lattice(x, y, spacing))
+    built = None if buildings is None else np.frombuffer(buildings, bool)
+    return gridding(cloud, Lattice(x, y, spacing), built)
 
 
 def _apply(

@@ -9,7 +9,8 @@ import pandas as pd
 import xarray as xr
 from matplotlib.path import Path as Outline
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
+from scipy.ndimage import binary_dilation
+from scipy.spatial import Delaunay, KDTree
 
 from pipeline.assess.ensemble import computed
 from pipeline.assess.frames import densities, plan_area, pressure, space
@@ -52,19 +53,33 @@ class Cells:
 
     def _around(self, cells: NDArray[np.intp], *, whole: bool) -> NDArray[np.intp]:
         """Put the cells around buildings in place of their own; ``whole`` : around all that they touch."""
-        from scipy.ndimage import binary_dilation, binary_propagation
-
         assert self.buildings is not None
         own = np.zeros_like(self.buildings)
         own.ravel()[cells] = True
-        block = np.ones((3, 3), bool)
         found = np.zeros_like(own)
         if not whole:
-            found = (binary_dilation(own & self.buildings, block) | own) & ~self.buildings
+            found = (self._grown(own & self.buildings) | own) & ~self.buildings
         if not found.any():
-            touched = binary_propagation(own & self.buildings, block, mask=self.buildings)
-            found = binary_dilation(touched, block) & ~self.buildings
+            touched = before = own & self.buildings
+            while (touched := self._grown(before) & self.buildings).sum() > before.sum():
+                before = touched
+            found = self._grown(touched) & ~self.buildings
         return np.flatnonzero(found)
+
+    def _grown(self, cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Add the cells beside some; on a cloud those whose points are neighbours in a triangulation."""
+        if cells.ndim == 2:
+            return np.asarray(binary_dilation(cells, np.ones((3, 3), bool)))
+        first, beside = self._beside
+        found = cells.copy()
+        for i in np.flatnonzero(cells):
+            found[beside[first[i] : first[i + 1]]] = True
+        return found
+
+    @cached_property
+    def _beside(self) -> tuple[NDArray[np.intc], NDArray[np.intc]]:
+        first, beside = Delaunay(self.points).vertex_neighbor_vertices
+        return first, beside
 
     def _held(self, receptor: Receptor) -> NDArray[np.intp]:
         if receptor.point is not None:

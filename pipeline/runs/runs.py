@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import overload
 
@@ -67,7 +67,7 @@ def expand(scenario: Scenario) -> Runs:
     return Runs(scenario)
 
 
-def share(scenario: Scenario, runs: Iterable[Run]) -> SharedPoints:
+def share(scenario: Scenario, runs: Sequence[Run]) -> SharedPoints:
     """Make the points of a scenario, the operators of its runs and their threshold.
 
     Raises

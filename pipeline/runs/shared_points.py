@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import pickle
-from collections.abc import Hashable, Iterable, Iterator, Mapping
+from collections.abc import Hashable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
-from pipeline.scenario import solver_objects
+from pipeline.scenario import solver_objects, structures
 from solver.points.lattice import Lattice
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ class SharedPoints:
 def made(
     settings: Settings,
     file: PointFile | None,
-    runs: Iterable[Run],
+    runs: Sequence[Run],
     rasters: Mapping[str, ElevationRaster] | None = None,
 ) -> SharedPoints:
     """Make points by settings and what their file holds, and the operators of runs.
@@ -67,14 +67,16 @@ def made(
 
     kinds: set[Kind] = set()
     operators: dict[Hashable, Operators | None] = {}
-    points = solver_objects.points(settings, file)
+    outlines = runs[0].outlines
+    points = structures.points(settings, file, outlines)
+    # which stand at one place in all runs
+    buildings = structures.buildings(settings, points, outlines)
     for run in runs:
         scheme = solver_objects.scheme(run.settings)
-        built = any(each.kind == "building" for each in run.settings.structures)
-        kinds.add(kind_of(points, scheme, on_surface=bool(rasters), built=built))
+        kinds.add(kind_of(points, scheme, on_surface=bool(rasters), built=buildings is not None))
         needed = key(points, scheme)
         if needed is not None and needed not in operators:
-            operators[needed] = prepare(points, scheme)
+            operators[needed] = prepare(points, scheme, buildings)
     return SharedPoints(points, operators, frozenset(kinds), rasters=dict(rasters or {}))
 
 

@@ -132,7 +132,10 @@ def built(prepared: Prepared) -> list[tuple[Variable, NDArray[Any]]]:
     buildings, on_surface = prepared.scene.buildings, isinstance(prepared.terrain, ElevationModel)
     if buildings is None:
         return []
-    return [(BUILDING.on_surface() if on_surface else BUILDING, buildings.astype(np.int8))]
+    variable = BUILDING.on_surface() if on_surface else BUILDING
+    if not isinstance(prepared.scene.points, Lattice):
+        variable = variable.on_cloud()
+    return [(variable, buildings.astype(np.int8))]
 
 
 def section_coordinates(scenario: Scenario) -> list[tuple[Variable, NDArray[Any]]]:

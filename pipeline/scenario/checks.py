@@ -211,9 +211,11 @@ class _Judge:
 
     def _sections(self, settings: Settings, terrain: SlopeProfile | ElevationModel) -> list[Problem]:
         """List what is wrong with where inflows and sections are."""
-        built, outlines = None, None if self.map_files.held is None else self.map_files.held.outlines
+        among, outlines = None, None if self.map_files.held is None else self.map_files.held.outlines
         if any(each.kind == "building" for each in settings.structures):
-            built = structures.buildings(settings, solver_objects.points(settings), outlines)
+            points = structures.points(settings, self.points, outlines)
+            built = structures.buildings(settings, points, outlines)
+            among = None if built is None else (points, built)
         return [
             Problem(
                 (name, i, "section" if name == "inflow" else "line"),
@@ -221,7 +223,7 @@ class _Judge:
                 related=((name, i), ("material",), ("terrain",), ("domain",), ("structures",)),
             )
             for name, i, message in solver_objects.misplaced(
-                settings, terrain, self.hydrographs, built, outlines
+                settings, terrain, self.hydrographs, among, outlines
             )
         ]
 
@@ -262,11 +264,11 @@ class _Judge:
         """List what is wrong with the buildings of a run on a profile."""
         if not settings.structures:
             return []
-        judged = structures.judge(settings, None, None)
+        judged = structures.judge(settings, None, None, self.points)
         self.map_files.doubts |= {(path, ""): line for path, line in judged.doubts.items()}
         if judged.problems or judged.buildings is None:
             return list(judged.problems)
-        return structures.overlapping_shapes(settings, judged.buildings)
+        return structures.overlapping_shapes(settings, judged)
 
     def for_all_runs(self, settings: Settings) -> list[Problem]:
         """List what is wrong with what is said of all runs; receptors are in coordinates of the bed."""

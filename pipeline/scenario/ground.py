@@ -231,7 +231,7 @@ class GroundCheck:
         self.doubts |= {(path, ""): line for path, line in judged.doubts.items()}
         if judged.problems or before or judged.buildings is None:
             return list(judged.problems)
-        return structures.overlapping(settings, read, judged.buildings)
+        return structures.overlapping(settings, read, judged)
 
     def receptors(self, settings: Settings) -> tuple[Receptor, ...] | Problem:
         """Give the receptors of settings; those of a file that are outside the domain are left out."""

@@ -58,8 +58,19 @@ MOST_NAMED = 20
 Outlines = Mapping["tuple[str, str | None]", "tuple[Outline, ...]"]
 
 
-def points(settings: Settings, file: PointFile | None = None) -> Lattice | PointCloud:
-    """Make the points of a scenario; ``file`` is what the file of a ``file`` layout holds.
+def points(
+    settings: Settings, file: PointFile | None = None, outlines: Sequence[NDArray[np.float64]] = ()
+) -> Lattice | PointCloud:
+    """Make the points of a scenario.
+
+    Parameters
+    ----------
+    settings : Settings
+        With a domain.
+    file : PointFile, optional
+        What the file of a ``file`` layout holds.
+    outlines : sequence of array
+        At which the cells of a cloud end that is placed, as `solver.points.fitted.fitted` takes them.
 
     Raises
     ------
@@ -75,10 +86,10 @@ def points(settings: Settings, file: PointFile | None = None) -> Lattice | Point
     match settings.points:
         case points_settings.PoissonDiscPoints(spacing=None, count=count, seed=seed):
             assert count is not None
-            return cloud.random_points(x, y, count, seed)
+            return cloud.random_points(x, y, count, seed, outlines)
         case points_settings.PoissonDiscPoints(spacing=spacing, seed=seed):
             assert spacing is not None
-            return cloud.graded_points(x, y, spacing, seed=seed)
+            return cloud.graded_points(x, y, spacing, seed=seed, outlines=outlines)
         case points_settings.GradedPoints() as graded:
             regions = [
                 Refinement(r.region.x, r.region.y, r.spacing)
@@ -88,7 +99,7 @@ def points(settings: Settings, file: PointFile | None = None) -> Lattice | Point
                 # one that is not there is told by the checks
                 if r.receptor is None
             ]
-            return cloud.graded_points(x, y, graded.spacing, regions, graded.growth, graded.seed)
+            return cloud.graded_points(x, y, graded.spacing, regions, graded.growth, graded.seed, outlines)
         case points_settings.FilePoints():
             if file is None:
                 raise ValueError("a file layout needs its file")
@@ -293,10 +304,13 @@ def misplaced(
     settings: Settings,
     terrain: Terrain | Surface,
     hydrographs: Hydrographs,
-    buildings: NDArray[np.bool_] | None = None,
+    among: tuple[Lattice | PointCloud, NDArray[np.bool_]] | None = None,
     outlines: Outlines | None = None,
 ) -> Iterator[tuple[str, int, str]]:
-    """Say which inflows and sections cannot be placed: inflow or sections, its number, and why."""
+    """Say which inflows and sections cannot be placed: inflow or sections, its number, and why.
+
+    among : points, and which of their cells are buildings.
+    """
     friction, _ = laws(settings)
     # the points of a cloud take long to place, and a line within its bounds always parts some of them
     given, bounds = settings.points, extent(settings)
@@ -312,12 +326,14 @@ def misplaced(
             if lattice is None:
                 frame = frame_of_bounds(*bounds, _mean_spacing(settings), _closest_spacing(settings))
                 check_on_cloud(each, frame, terrain, friction, settings.gravity)
+            on = lattice if among is None else among[0]
+            if on is None:
                 continue
-            found = entrance(each, lattice, terrain, friction, settings.gravity)
+            found = entrance(each, on, terrain, friction, settings.gravity)
         except ValueError as error:
             yield "inflow", i, str(error)
             continue
-        if buildings is not None and found.placed.meets(buildings):
+        if among is not None and found.placed.meets(among[1]):
             yield "inflow", i, "expected a section clear of buildings, found one that meets a building"
     for i, section in enumerate(sections(settings)):
         if off := _off(section.line, bounds, slack) or _crosses_itself(section.line):

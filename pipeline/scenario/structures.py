@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,23 +15,29 @@ from pipeline.mistakes import Problem
 from pipeline.readable import percent
 from pipeline.scenario import solver_objects
 from pipeline.scenario.solver_objects import Outlines
+from pipeline.settings.points import FilePoints, LatticePoints
 from pipeline.settings.structures import place_of
 from solver.physics.earthworks import Basin, Dam, crest_left, reshaped
 from solver.physics.elevation import ElevationModel, edges_of
 from solver.points.lattice import Lattice
-from solver.release.polygons import polygon_shares, ring_area
+from solver.release.polygons import in_polygon, ring_area
 from solver.structures import building_cells
 
 if TYPE_CHECKING:
     from pipeline.inputs.elevation_raster import ElevationRaster
+    from pipeline.inputs.point_file import PointFile
     from pipeline.scenario.strict_yaml import Path
     from pipeline.settings.settings import Settings
     from solver.points.cloud import PointCloud
 
 # A dam narrower than so many cells, or of which less is left, has gaps that nothing tells.
 LEAST_CELLS, LEAST_LEFT = 2.0, 0.75
+# a building this part of a cell wide has no gaps where cells end at it
+FITTED = 0.5
 # names that a warning lists
 MOST_NAMES = 5
+# the cloud placed last among buildings, which take long to place, by what it was placed by
+_PLACED: dict[Hashable, Lattice | PointCloud] = {}
 
 
 def parts(structure: Any, outlines: Outlines | None) -> list[Outline]:
@@ -93,18 +100,66 @@ def ground(
     return reshaped(natural, earthworks(settings, outlines))
 
 
+def _built_of(settings: Settings, outlines: Outlines | None) -> list[Outline]:
+    """Give the outlines of all buildings."""
+    return [
+        each
+        for structure in settings.structures
+        if structure.kind == "building"
+        for each in parts(structure, outlines)
+    ]
+
+
+def points(settings: Settings, file: PointFile | None, outlines: Outlines | None) -> Lattice | PointCloud:
+    """Make the points of a scenario; the cells of a cloud that is placed end at buildings.
+
+    Parameters
+    ----------
+    settings : Settings
+        With a domain.
+    file : PointFile, optional
+        What the file of a ``file`` layout holds.
+    outlines : mapping, optional
+        What the files of structures hold.
+
+    Raises
+    ------
+    ValueError
+        As `pipeline.scenario.solver_objects.points`, or if none has the name asked for.
+    """
+    if isinstance(settings.points, LatticePoints | FilePoints):
+        return solver_objects.points(settings, file)
+    rings = tuple(ring.tobytes() for each in _built_of(settings, outlines) for ring in each.rings)
+    if not rings:
+        return solver_objects.points(settings)
+    key = settings.points, settings.bounds, rings
+    if key not in _PLACED:
+        _PLACED.clear()
+        _PLACED[key] = solver_objects.points(settings, None, [np.frombuffer(r).reshape(-1, 2) for r in rings])
+    return _PLACED[key]
+
+
 def buildings(
     settings: Settings, points: Lattice | PointCloud, outlines: Outlines | None
 ) -> NDArray[np.bool_] | None:
-    """Say which cells are buildings, (ny, nx); None where the scenario has no building."""
+    """Say which cells are buildings, of the shape of the points; None where the scenario has no building."""
     found = None
-    for structure in settings.structures:
-        if structure.kind == "building":
-            assert isinstance(points, Lattice)
-            for each in parts(structure, outlines):
-                cells = building_cells(each.rings, points)
-                found = cells if found is None else found | cells
+    for each in _built_of(settings, outlines):
+        cells = _cells(each, points)
+        found = cells if found is None else found | cells
     return found
+
+
+def _cells(outline: Outline, points: Lattice | PointCloud) -> NDArray[np.bool_]:
+    """Say which cells a building takes; those of a cloud, which take long to find, are found once."""
+    if isinstance(points, Lattice):
+        return building_cells(outline.rings, points)
+    return _cells_of_cloud(tuple(ring.tobytes() for ring in outline.rings), points)
+
+
+@lru_cache(maxsize=1024)
+def _cells_of_cloud(rings: tuple[bytes, ...], cloud: PointCloud) -> NDArray[np.bool_]:
+    return building_cells([np.frombuffer(ring).reshape(-1, 2) for ring in rings], cloud)
 
 
 @dataclass(frozen=True)
@@ -113,14 +168,17 @@ class Judged:
 
     Parameters
     ----------
+    points : Lattice or PointCloud, optional
+        Those of the scenario; None where there is no building.
     buildings : array, optional
-        Whether a cell is one, (ny, nx), or None.
+        Whether a cell is one, of the shape of the points, or None.
     problems : list[Problem]
         Mistakes.
     doubts : dict[Path, str]
         Warnings by path.
     """
 
+    points: Lattice | PointCloud | None
     buildings: NDArray[np.bool_] | None
     problems: list[Problem]
     doubts: dict[Path, str]
@@ -130,6 +188,7 @@ def judge(
     settings: Settings,
     natural: ElevationModel | None,
     outlines: Outlines | None,
+    file: PointFile | None = None,
     *,
     searched: bool = False,
 ) -> Judged:
@@ -143,11 +202,13 @@ def judge(
         The ground without them; None on a profile.
     outlines : mapping
         What the files hold.
+    file : PointFile, optional
+        What the file of a ``file`` layout holds.
     searched : bool
         Whether the domain is still to be found; what is outside of it may be inside then.
     """
-    lattice = Lattice(settings.bounds.x, settings.bounds.y, float(getattr(settings.points, "spacing")))  # noqa: B009
     problems: list[Problem] = []
+    among: Lattice | PointCloud | None = None
     doubts: dict[Path, str] = {}
     for i, structure in enumerate(settings.structures):
         name, _ = place_of(structure)
@@ -157,7 +218,7 @@ def judge(
         except ValueError as error:
             problems.append(Problem(("structures", i, "name"), str(error), related=(path,)))
             continue
-        outside = [each.name for each in held if not _comes_in(each, lattice)]
+        outside = [each.name for each in held if not _comes_in(each, settings)]
         if searched and outside:
             held, outside = [each for each in held if each.name not in outside], []
             if not held:
@@ -171,14 +232,20 @@ def judge(
             continue
         said = [f"{_named(outside)} outside the domain, without effect"] if outside else []
         if structure.kind == "building":
-            said += _narrow([each for each in held if each.name not in outside], lattice)
+            among = points(settings, file, outlines) if among is None else among
+            given = isinstance(settings.points, LatticePoints | FilePoints)
+            said += _narrow(
+                [each for each in held if each.name not in outside], among, 1.0 if given else FITTED
+            )
         if said:
             doubts[path] = "; ".join(said)
     if problems:
-        return Judged(None, problems, doubts)
+        return Judged(None, None, problems, doubts)
     if natural is not None:
+        lattice = Lattice(settings.bounds.x, settings.bounds.y, float(getattr(settings.points, "spacing")))  # noqa: B009
         problems += _built(settings, natural, outlines, lattice, doubts)
-    return Judged(buildings(settings, lattice, outlines), problems, doubts)
+    built = None if among is None else buildings(settings, among, outlines)
+    return Judged(among, built, problems, doubts)
 
 
 def _built(
@@ -219,30 +286,37 @@ def _built(
     return []
 
 
-def overlapping(settings: Settings, outlines: Outlines, built: NDArray[np.bool_]) -> list[Problem]:
+def overlapping(settings: Settings, outlines: Outlines, judged: Judged) -> list[Problem]:
     """List polygon releases that lie in buildings."""
-    lattice = Lattice(settings.bounds.x, settings.bounds.y, float(getattr(settings.points, "spacing")))  # noqa: B009
-    problems = []
+    problems: list[Problem] = []
+    if judged.points is None:
+        return problems
     for i, release in enumerate(settings.releases):
         path: Path = ("release", i) if isinstance(settings.release, tuple) else ("release",)
         for outline in solver_objects.chosen(release.name, outlines[release.polygons, release.layer]):  # type: ignore[union-attr]
-            shares = polygon_shares(outline.rings, lattice)
-            part = float(shares[built].sum() / max(shares.sum(), 1e-300))
+            part = _part_in(judged, in_polygon(outline.rings, judged.points))
             if part > 0:
                 found = f"found {percent(part)} of '{outline.name}' in cells of buildings"
                 problems.append(_in_building(path, found))
     return problems
 
 
-def overlapping_shapes(settings: Settings, built: NDArray[np.bool_]) -> list[Problem]:
+def overlapping_shapes(settings: Settings, judged: Judged) -> list[Problem]:
     """List releases on a profile that lie in buildings; a release that lies nowhere is told elsewhere."""
-    lattice = Lattice(settings.bounds.x, settings.bounds.y, float(getattr(settings.points, "spacing")))  # noqa: B009
+    if judged.points is None:
+        return []
     try:
-        depth = solver_objects.laid(settings, lattice).depth
+        part = _part_in(judged, solver_objects.laid(settings, judged.points).depth)
     except ValueError:
         return []
-    part = float(depth[built].sum() / depth.sum())
     return [_in_building(("release",), f"found {percent(part)} of it in their cells")] if part > 0 else []
+
+
+def _part_in(judged: Judged, depth: NDArray[np.float64]) -> float:
+    """Part of a volume that lies in cells of buildings, by its depth."""
+    assert judged.points is not None
+    volume = depth if isinstance(judged.points, Lattice) else depth * judged.points.cell_area
+    return float(volume[judged.buildings].sum() / max(volume.sum(), 1e-300))
 
 
 def _in_building(path: Path, found: str) -> Problem:
@@ -250,32 +324,36 @@ def _in_building(path: Path, found: str) -> Problem:
     return Problem(path, f"{wanted}, {found}", related=(path, ("structures",)))
 
 
-def _comes_in(outline: Outline, lattice: Lattice) -> bool:
-    """Whether a rectangle around a line or polygon has a part on the lattice."""
+def _comes_in(outline: Outline, settings: Settings) -> bool:
+    """Whether a rectangle around a line or polygon has a part on the cells."""
     corners = np.concatenate(outline.rings)
     (low_x, low_y), (high_x, high_y) = corners.min(axis=0), corners.max(axis=0)
-    (x_0, x_1), (y_0, y_1) = lattice.extent
+    (x_0, x_1), (y_0, y_1) = solver_objects.extent(settings)
     return bool(low_x <= x_1 and high_x >= x_0 and low_y <= y_1 and high_y >= y_0)
 
 
-def _narrow(held: Sequence[Outline], lattice: Lattice) -> list[str]:
-    """Say which buildings cover no cell, or are narrower than one."""
+def _narrow(held: Sequence[Outline], points: Lattice | PointCloud, least: float) -> list[str]:
+    """Say which buildings cover no cell, or are narrower than a part of one."""
     import shapely
 
     none, narrow = [], []
     for each in held:
-        if not building_cells(each.rings, lattice).any():
+        cells = _cells(each, points)
+        if not cells.any():
             none.append(each.name)
             continue
+        size = (
+            points.dx if isinstance(points, Lattice) else float(np.sqrt(np.median(points.cell_area[cells])))
+        )
         box = shapely.MultiPoint(each.rings[0]).minimum_rotated_rectangle
         sides = np.asarray(shapely.get_coordinates(box))
-        if len(sides) < 4 or np.hypot(*np.diff(sides[:3], axis=0).T).min() < lattice.dx:
+        if len(sides) < 4 or np.hypot(*np.diff(sides[:3], axis=0).T).min() < least * size:
             narrow.append(each.name)
-    said = []
+    said, cell = [], f"cell of {points.dx:g} m" if isinstance(points, Lattice) else "cell"
     if none:
-        said.append(f"{_named(none)} half of no cell of {lattice.dx:g} m covered: the flow passes through")
+        said.append(f"{_named(none)} half of no {cell} covered: the flow passes through")
     if narrow:
-        said.append(f"{_named(narrow)} narrower than a cell of {lattice.dx:g} m: the flow may find gaps")
+        said.append(f"{_named(narrow)} narrower than a {cell}: the flow may find gaps")
     return said
 
 

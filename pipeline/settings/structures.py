@@ -8,7 +8,6 @@ from pydantic import Discriminator, Field, Tag
 from pydantic_core import PydanticCustomError
 
 from pipeline.settings.generated import Keys, section_with, union_of
-from pipeline.settings.points import LatticePoints
 from pipeline.settings.section import Pair, Section, key, relation
 from pipeline.settings.surface import ElevationTerrain
 from solver.physics.earthworks import Basin, Dam
@@ -53,10 +52,11 @@ BasinSection = section_with(
 class Building(Section):
     """A building, which nothing flows through: its faces are walls without friction.
 
-    A cell is a building where it covers half of it or more.
+    A cell is a building where it covers half of it or more. The cells of a cloud that is placed end at the
+    building, if it is half a spacing wide or wider.
     """
 
-    advice: ClassVar[str] = "houses and walls that stand; lattices only"
+    advice: ClassVar[str] = "houses and walls that stand"
     kind: Literal["building"] = key("building")
     polygon: Polygon = key(f"corners, {_FILE}", "m")
     layer: str | None = key("layer of the file; needed where it has several", default=None)
@@ -99,10 +99,6 @@ def unfit(settings: Settings) -> PydanticCustomError | None:
                 return relation(needed, ("structures", i, given), f"structures.{i}.{name}")
         if structure.kind != "building":
             continue
-        if not isinstance(settings.points, LatticePoints):
-            found = settings.points.layout
-            needed = f"expected no building with layout {found}, as its cells are those of a lattice"
-            return relation(f"{needed}, found one", at, "points.layout")
         if settings.scheme.source is Collocation:
             needed = "expected no building with form collocation, which has no faces"
             return relation(f"{needed}, found one", at, "scheme.form")

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 from solver.arrays import Array, Indices, Numbers
 from solver.compiled import kernel
 from solver.kernels.boundary import leaving_at_depth
-from solver.kernels.state import DEPTH, LANES, NO_SLIP, WALL, Fields, Sides
-from solver.points.voronoi import SIDE_NORMALS, ControlVolumes
+from solver.kernels.flow_axes import normal_pressure
+from solver.kernels.state import DEPTH, LANES, NO_SLIP, WALL, Fields, Sides, Status
+from solver.points.voronoi import ControlVolumes
 
 # Faces that every cell has room for in a table; those of the few cells with more are in a list.
 ROOM = 8
@@ -34,7 +35,10 @@ class Faces(NamedTuple):
         3); the part of that way at which the face stands, 0 to 1 (4); from there to its midpoint, in ways
         turned by a right angle to the left (5); length, m (6).
     side
-        (ghosts,), 0 to 3 for x_min, x_max, y_min, y_max.
+        (ghosts,), 0 to 3 for x_min, x_max, y_min, y_max, 4 for walls of buildings.
+    lean
+        (ghosts,), what gravity has over dry friction toward a wall, times the way to the ghost, m2 s-2: over
+        the pressure it is the gain of depth by which something leans on the wall. 0 until a run sets it.
     around
         (ROOM, cells), halves of each cell.
     number
@@ -55,6 +59,7 @@ class Faces(NamedTuple):
     right: Numbers
     geometry: Array
     side: Indices
+    lean: Array
     around: Numbers
     number: Indices
     more: Indices
@@ -104,8 +109,7 @@ def connect(volumes: ControlVolumes) -> Faces:
     left = np.concatenate([volumes.left, volumes.side_cell])
     right = np.concatenate([volumes.right, cells + np.arange(ghosts)])
     length = np.concatenate([volumes.length, volumes.side_length])
-    outward = SIDE_NORMALS[volumes.side]
-    normal = volumes.outward
+    outward, normal = volumes.side_normal, volumes.outward
     midpoint = np.concatenate([volumes.midpoint, volumes.side_midpoint])
     inside = volumes.centroid[volumes.side_cell]
     depth = np.einsum("bk,bk->b", volumes.side_midpoint - inside, outward)
@@ -137,6 +141,7 @@ def connect(volumes: ControlVolumes) -> Faces:
         right_of,
         geometry,
         volumes.side,
+        np.zeros(ghosts),
         around.astype(np.uint32),
         number,
         np.concatenate([[0], np.cumsum(beyond)]),
@@ -205,14 +210,14 @@ def carried_over(
 
 @kernel()
 def fill_ghosts_beyond(
-    now: Fields, beta_x: Array, beta_y: Array, faces: Faces, sides: Sides, start: int, stop: int
+    now: Fields, status: Status, faces: Faces, sides: Sides, start: int, stop: int
 ) -> None:
     """Fill some ghosts, as `ghosts_beyond` does on a lattice but for the bound at walls.
 
     Parameters
     ----------
-    beta_x, beta_y : arrays
-        g cos(xi) K (eq. 7) of the cells, m s-2.
+    status
+        Whose pressures are read.
     start, stop : int
         Numbers of the boundary faces.
     """
@@ -220,19 +225,24 @@ def fill_ghosts_beyond(
     for b in range(start, stop):
         f, side = faces.outer + b, faces.side[b]
         i, ghost, kind = int(faces.left[f]), int(faces.right[f]), sides.kind[side]
+        b_x, b_y = status.beta_x[i], status.beta_y[i]
+        n_x, n_y = faces.geometry[0, f], faces.geometry[1, f]
         if kind in (WALL, NO_SLIP):
-            h[ghost] = max(0.0, h[i] + faces.geometry[2, f] * sides.excess[side] / beta_x[i])
-        else:
-            h[ghost] = sides.depth[side] if kind == DEPTH else h[i]
-        u[ghost] = -u[i] if kind == NO_SLIP or (kind == WALL and side < 2) else u[i]
-        v[ghost] = -v[i] if kind == NO_SLIP or (kind == WALL and side >= 2) else v[i]
+            beta = normal_pressure(status.beta_xy, i, b_x, b_y, n_x, n_y)
+            h[ghost] = max(0.0, h[i] + faces.lean[b] / beta)
+            back = 2.0 * (n_x * u[i] + n_y * v[i])
+            u[ghost] = -u[i] if kind == NO_SLIP else u[i] - back * n_x
+            v[ghost] = -v[i] if kind == NO_SLIP else v[i] - back * n_y
+            continue
+        h[ghost] = sides.depth[side] if kind == DEPTH else h[i]
+        u[ghost], v[ghost] = u[i], v[i]
         if kind == DEPTH:
             sign = 1.0 if side % 2 == 1 else -1.0
             if side < 2:
                 u[ghost] = sign * leaving_at_depth(
-                    sign * u[i], h[i], sides.depth[side], beta_x[i], sides.fastest[side]
+                    sign * u[i], h[i], sides.depth[side], b_x, sides.fastest[side]
                 )
             else:
                 v[ghost] = sign * leaving_at_depth(
-                    sign * v[i], h[i], sides.depth[side], beta_y[i], sides.fastest[side]
+                    sign * v[i], h[i], sides.depth[side], b_y, sides.fastest[side]
                 )

@@ -47,6 +47,7 @@ class Lifted(NamedTuple):
 def lifted(
     surface: Surface,
     cloud: PointCloud,
+    volumes: ControlVolumes,
     faces: Faces,
     gradient: Gradient,
     gravity: float,
@@ -61,16 +62,15 @@ def lifted(
         The bed.
     cloud : PointCloud
         In plan.
-    faces, gradient
+    volumes, faces, gradient
         Of its operators.
     gravity : float
         Gravitational acceleration, m s-2.
     tangent, cfl : float
         tan(delta), and the Courant number: what bounds the first step from rest.
     """
-    volumes = cloud.control_volumes
     x, y = volumes.centroid.T
-    b_x, b_y = mean_slopes(surface, volumes)
+    b_x, b_y = mean_slopes(surface, cloud.control_volumes)
     w, level = np.sqrt(1.0 + (b_x * b_x + b_y * b_y)), np.sqrt(1.0 + b_x * b_x)
     e_1, e_2 = tangents(b_x, b_y)
     normal = np.stack([-b_x, -b_y, np.ones_like(w)]) / w

@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
-from solver.arrays import Array
+import numpy as np
+from numpy.typing import NDArray
+
+from solver.arrays import Array, Indices
 from solver.cloud.blocks import Blocks, blocks_near
 from solver.cloud.faces import Faces, all_aligned, connect
 from solver.cloud.reconstruction import Gradient, Strain, gradient_of, strain_of
 from solver.cloud.status import widths_of
+from solver.cloud.supports import supports
 from solver.lmls.shape_functions import approximation
 from solver.points.cloud import PointCloud
+from solver.points.voronoi import ControlVolumes
+from solver.points.walls import with_walls
 
 
 class Tables(NamedTuple):
@@ -26,13 +32,25 @@ class Tables(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class CloudOperators:
-    """Operators of a cloud, and the choices they were made by, as `prepare` takes them."""
+    """Operators of a cloud, and the choices they were made by, as `prepare` takes them.
+
+    Attributes
+    ----------
+    volumes
+        Control volumes, whose faces at buildings are walls.
+    number
+        Number among their faces of each face of the cloud, as `solver.points.walls.with_walls` gives it; None
+        without buildings.
+    """
 
     cloud: PointCloud
     support: int
     degree: int
     weight_shape: float
     tables: Tables
+    volumes: ControlVolumes
+    buildings: NDArray[np.bool_] | None = None
+    number: Indices | None = None
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         """Align what comes from another process anew."""
@@ -40,7 +58,11 @@ class CloudOperators:
 
 
 def prepare(
-    cloud: PointCloud, support: int = 9, degree: int = 1, weight_shape: float = 6.0
+    cloud: PointCloud,
+    support: int = 9,
+    degree: int = 1,
+    weight_shape: float = 6.0,
+    buildings: NDArray[np.bool_] | None = None,
 ) -> CloudOperators:
     """Make the operators of a cloud, once for all runs.
 
@@ -52,23 +74,30 @@ def prepare(
         Degree of the LMLS basis.
     weight_shape : float
         c of eq. 18.
+    buildings : (n,) array, optional
+        Whether a cell is a building, which nothing flows through.
 
     Raises
     ------
     ValueError
         If a support cannot carry the basis; the message names the points.
     """
-    cells = cloud.control_volumes
+    cells, number = cloud.control_volumes, None
     # the support of a cell is that of its point, so that the cell itself comes first
+    near = carried = cloud.nearest(support)
+    alone = np.zeros(len(cloud), bool)
+    if buildings is not None:
+        cells, number = with_walls(cells, buildings)
+        near, alone = supports(cloud, cells, buildings, support, degree, weight_shape)
+        carried = np.where(alone[:, None], carried, near)
     slope = approximation(
-        cells.centroid,
-        cells.centroid,
-        cloud.nearest(support),
-        degree,
-        weight_shape,
-        second_moment=cells.second_moment,
+        cells.centroid, cells.centroid, carried, degree, weight_shape, second_moment=cells.second_moment
     )
+    if buildings is not None:
+        # without a support a cell is of first order
+        along, across = (np.where(alone[:, None], 0.0, d) for d in (slope.along, slope.across))
+        slope = replace(slope, neighbours=near, along=along, across=across)
     faces, gradient = connect(cells), gradient_of(slope)
-    near, widths = blocks_near(faces, gradient), widths_of(cells, faces)
-    tables = Tables(faces, gradient, strain_of(slope, cells.centroid), near, widths)
-    return CloudOperators(cloud, support, degree, weight_shape, all_aligned(tables))
+    blocks, widths = blocks_near(faces, gradient), widths_of(cells, faces)
+    tables = all_aligned(Tables(faces, gradient, strain_of(slope, cells.centroid), blocks, widths))
+    return CloudOperators(cloud, support, degree, weight_shape, tables, cells, buildings, number)

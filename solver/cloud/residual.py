@@ -27,11 +27,12 @@ from solver.cloud.reconstruction import find_most_slower, flatten_fed, slopes_at
 from solver.cloud.sections import admit_into, close_doors, forget_above, measure_faces
 from solver.compiled import kernel
 from solver.kernels.boundary import account, stopped
-from solver.kernels.flow_axes import sheared
+from solver.kernels.flow_axes import normal_pressure, sheared
 from solver.kernels.friction import law_at
 from solver.kernels.limiter import EMPTIED, afforded
 from solver.kernels.source_terms import acting_share, update_cell
 from solver.kernels.state import BELOW_YIELD, LANES, NO_SLIP, WALL, CloudBed, Fields, Material, Sides, Status
+from solver.points.voronoi import BUILDING
 
 # What holds less gives nothing: a share of it is lost in what keeps quotients finite, m3.
 NOTHING = 1e-280
@@ -192,18 +193,26 @@ def stop_at_walls(
     """
     halves = buffers.halves
     for b in range(start, stop):
-        f, side = faces.outer + b, faces.side[b]
-        if side > 1 or sides.kind[side] not in (WALL, NO_SLIP):
+        f = faces.outer + b
+        if sides.kind[faces.side[b]] not in (WALL, NO_SLIP):
             continue
-        i, outward, length = int(faces.left[f]), faces.geometry[0, f], faces.geometry[6, f]
-        if faces.geometry[2, f] * sides.excess[side] / status.beta_x[i] <= now.h[i]:
+        i, n_x, n_y, length = (
+            int(faces.left[f]),
+            faces.geometry[0, f],
+            faces.geometry[1, f],
+            faces.geometry[6, f],
+        )
+        beta = normal_pressure(status.beta_xy, i, status.beta_x[i], status.beta_y[i], n_x, n_y)
+        if faces.lean[b] / beta <= now.h[i]:
             continue
         free = 0.0 if status.static[i] == BELOW_YIELD else 1.0
-        pressed = free * status.beta_x[i] * outward * length * buffers.pressed[f]
-        impulse = outward * (-halves[1, f] - pressed) / length
-        bound = stopped(impulse, now.h[i] * outward * now.u[i], area[i] / length, dt)
+        pressed = free * beta * length * buffers.pressed[f]
+        toward, aside = n_x * halves[1, f] + n_y * halves[2, f], n_x * halves[2, f] - n_y * halves[1, f]
+        impulse = (-toward - pressed) / length
+        bound = stopped(impulse, now.h[i] * (n_x * now.u[i] + n_y * now.v[i]), area[i] / length, dt)
         if bound < impulse:
-            halves[1, f] = -outward * length * bound - pressed
+            toward = -length * bound - pressed
+            halves[1, f], halves[2, f] = n_x * toward - n_y * aside, n_y * toward + n_x * aside
 
 
 @kernel()
@@ -282,7 +291,7 @@ def cloud_stage(
             flatten_fed(buffers.slopes, faces, sides, first_side[a // LANES], first_side[b // LANES])
     # boundary faces are few: all from the first to the last that take part
     a, b = first_side[runs[0, 0] // LANES], first_side[runs[activity.counts[0] - 1, 1] // LANES]
-    fill_ghosts_beyond(now, status.beta_x, status.beta_y, faces, sides, a, b)
+    fill_ghosts_beyond(now, status, faces, sides, a, b)
     fluxes_through(now, status, faces, sides, material.dry, buffers, faces.outer + a, faces.outer + b)
     stop_at_walls(now, status, faces, sides, area, buffers, a, b, dt)
     close_doors(inflows, doors, now, status, faces, buffers, faces.outer + a, faces.outer + b, dt)
@@ -321,5 +330,7 @@ def cloud_stage(
                 buffers.limited[block] = 0.0
     for r in range(activity.counts[0]):
         for s in range(first_side[runs[r, 0] // LANES], first_side[runs[r, 1] // LANES]):
-            account(-buffers.halves[0, faces.outer + s] * share * dt, faces.side[s], ledger)
+            # nothing passes a wall of a building
+            if faces.side[s] < BUILDING:
+                account(-buffers.halves[0, faces.outer + s] * share * dt, faces.side[s], ledger)
     measure_faces(arrays.sections, faces, activity, buffers.halves, share * dt)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from solver.arrays import Array
 from solver.cloud.arrays import CloudArrays
 from solver.cloud.blocks import activity_of, spread_blocks
-from solver.cloud.faces import aligned, all_aligned
+from solver.cloud.faces import Faces, aligned, all_aligned
 from solver.cloud.flow_axes import Ways, ways_of
 from solver.cloud.fluxes import cloud_buffers
 from solver.cloud.operators import CloudOperators, prepare
@@ -24,13 +24,14 @@ from solver.kernels.earth_pressure import at_rest
 from solver.kernels.erosion import erosion_of
 from solver.kernels.record import Record, record_cells
 from solver.kernels.runge_kutta import Limits
-from solver.kernels.state import DRY, LANES, CloudBed, Fields, Status
+from solver.kernels.state import DRY, LANES, WALL, CloudBed, Fields, Sides, Status
 from solver.points.cloud import PointCloud
-from solver.points.voronoi import ControlVolumes
+from solver.points.voronoi import BUILDING, ControlVolumes
 from solver.run import (
     Carried,
     Run,
     by_name,
+    check_buildings,
     erodible_depth,
     falling_rate,
     gravity_along_and_normal,
@@ -53,9 +54,12 @@ def operators_of(scene: Scene) -> CloudOperators:
         raise TypeError(f"a cloud run needs a cloud, not a {type(cloud).__name__}")
     wanted = scheme.support, scheme.degree, scheme.weight_shape
     if given is None:
-        return prepare(cloud, *wanted)
+        return prepare(cloud, *wanted, scene.buildings)
     if not isinstance(given, CloudOperators) or not given.cloud.same_as(cloud):
         raise ValueError("the operators given are those of another cloud")
+    one, other = (np.zeros(len(cloud), bool) if b is None else b for b in (given.buildings, scene.buildings))
+    if not np.array_equal(one, other):
+        raise ValueError("the operators given are those of other buildings")
     found = given.support, given.degree, given.weight_shape
     if found != wanted:
         raise ValueError(
@@ -76,8 +80,9 @@ class CloudRun(Run):
     """The arrays of one run on a cloud; cells are followed by a ghost for every boundary face."""
 
     def __init__(self, scene: Scene, end: float, arrival_depth: float) -> None:
+        check_buildings(scene)
         operators = operators_of(scene)
-        volumes, faces = operators.cloud.control_volumes, operators.tables.faces
+        volumes, faces = operators.volumes, operators.tables.faces
         self.operators, self.centroid, self.faces = operators, volumes.centroid, faces
         self.tables, self.plan_area = operators.tables, volumes.area
         initial = state_of(scene)
@@ -91,9 +96,14 @@ class CloudRun(Run):
         if zoned is not None:
             values = np.pad(zoned.values, ((0, 0), (0, room)), mode="edge")
             self.material = self.material._replace(law=zoned._replace(values=values))
+        # walls of buildings are a fifth side
+        self.sides = Sides(*(np.append(a, 0) for a in self.sides))
+        self.sides.kind[BUILDING] = WALL
         area, bed = self._lay()
         bed = bed._replace(falling=_with_beside(bed.falling, volumes))
         self.area, self.bed = aligned(np.pad(area, (0, spare), mode="edge")), all_aligned(bed)
+        faces = self.tables.faces
+        self.tables = self.tables._replace(faces=faces._replace(lean=aligned(self._leans(faces))))
         load = np.concatenate([self.bed.normal, self.bed.normal[volumes.side_cell], np.ones(LANES)])
         k_x, k_y = at_rest(self.material)
         along_flow = scene.earth_pressure.along_flow
@@ -117,10 +127,11 @@ class CloudRun(Run):
         if self.entrances:
             tables = self.tables
             about = tables.faces, tables.gradient, operators.cloud.points, self.bed, self.area, tables.widths
-            self.inflows, self.doors = doors_of(self.entrances, *about)
+            self.inflows, self.doors = doors_of(self.entrances, *about, operators.number)
         gauges = [each for each in self.gauges if isinstance(each, PlacedOnCloud)]
         if gauges:
-            self.sections = sections_of(gauges, np.asarray(scene.section_times, dtype=np.float64), faces)
+            times = np.asarray(scene.section_times, dtype=np.float64)
+            self.sections = sections_of(gauges, times, faces, operators.number)
         record_cells(self.now, 0, self.count, self.material.dry, arrival_depth, self.record, self.progress)
 
     def _lay(self) -> tuple[Array, CloudBed]:
@@ -132,9 +143,24 @@ class CloudRun(Run):
         along, normal = gravity_along_and_normal(scene, x, y)
         return self.plan_area, CloudBed(along, normal, scene.profile.curvature(x, y), falling)
 
+    def _leans(self, faces: Faces) -> Array:
+        """Give ``lean`` of `Faces`, by the pull at a side of the domain or in a cell beside a building."""
+        ghosts, lift = len(faces.side), self.bed.lift
+        f = faces.outer + np.arange(ghosts)
+        (n_x, n_y, d_x, d_y), cell = faces.geometry[:4, f], faces.left[f].astype(np.int64)
+        at_sides = d_x * self.sides.excess[faces.side]
+        pull = n_x * self.bed.along[cell]
+        if lift is not None:
+            pull = pull + n_y * lift.across[cell]
+            d_y = d_y / lift.q[cell]
+            d_x = (d_x - lift.r[cell] * d_y) / lift.p[cell]
+        held = self.scene.least_coefficient * self.bed.normal[cell]
+        over = np.sign(pull) * np.maximum(0.0, np.abs(pull) - held)
+        return np.asarray(np.where(faces.side == BUILDING, over * (n_x * d_x + n_y * d_y), at_sides))
+
     def _ways(self) -> Ways:
         """Give the ways to the neighbours that the axes of the flow are seen by."""
-        return ways_of(self.operators.cloud.control_volumes, self.tables.gradient)
+        return ways_of(self.operators.volumes, self.tables.gradient)
 
     @property
     def arrays(self) -> CloudArrays:

@@ -51,6 +51,7 @@ def doors_of(
     bed: CloudBed,
     area: Array,
     widths: Array,
+    number: Indices | None = None,
 ) -> tuple[Inflows, Doors]:
     """Give inflows to the kernels.
 
@@ -66,6 +67,8 @@ def doors_of(
         Of the cells, m2.
     widths : array
         From `solver.cloud.status.widths_of`.
+    number : array, optional
+        Of `solver.cloud.operators.CloudOperators`.
     """
     placed = [each.placed for each in entrances if isinstance(each.placed, PlacedOnCloud)]
     section = np.repeat(np.arange(len(placed)), [len(each.face) for each in placed])
@@ -73,7 +76,7 @@ def doors_of(
         np.concatenate([getattr(each, name) for each in placed]) for name in ("face", "sign", "downstream")
     )
     order = np.lexsort((face, section, cell))
-    section, face, sign, cell = section[order], _numbers(face, faces)[order], sign[order], cell[order]
+    section, face, sign, cell = section[order], _numbers(face, faces, number)[order], sign[order], cell[order]
     width, bottom = (
         np.concatenate([getattr(each, name) for each in placed])[order] for name in ("width", "bottom")
     )
@@ -148,8 +151,9 @@ def _parted(placed: Sequence[PlacedOnCloud], gradient: Gradient, places: Array) 
     return cell[order], slot[order]
 
 
-def _numbers(face: Indices, faces: Faces) -> Indices:
-    """Numbers among `Faces` of faces of control volumes."""
+def _numbers(face: Indices, faces: Faces, number: Indices | None) -> Indices:
+    """Numbers among `Faces` of faces of a cloud; below 0 for those in buildings."""
+    face = face if number is None else number[face]
     inner = int(faces.first[-1])
     return np.where(face < inner, face, face - inner + faces.outer)
 
@@ -159,15 +163,22 @@ def no_doors() -> Doors:
     return Doors(*(np.zeros(0, np.int64) for _ in range(4)))
 
 
-def sections_of(gauges: Sequence[PlacedOnCloud], times: Array, faces: Faces) -> Sections:
-    """Give sections to the kernels, with the times of their samples, s."""
+def sections_of(
+    gauges: Sequence[PlacedOnCloud], times: Array, faces: Faces, number: Indices | None = None
+) -> Sections:
+    """Give sections to the kernels, with the times of their samples, s, and ``number`` as in `doors_of`."""
     none = np.zeros(0, np.int64)
+    section = np.repeat(np.arange(len(gauges)), [len(each.face) for each in gauges])
+    sign = np.concatenate([each.sign for each in gauges]).astype(float)
+    column = _numbers(np.concatenate([each.face for each in gauges]), faces, number)
+    # nothing passes a face in a building
+    there = column >= 0
     return begun(len(gauges), times)._replace(
         first=none,
         along_x=none,
-        column=_numbers(np.concatenate([each.face for each in gauges]), faces),
-        section=np.repeat(np.arange(len(gauges)), [len(each.face) for each in gauges]),
-        weight=np.concatenate([each.sign for each in gauges]).astype(float),
+        column=column[there],
+        section=section[there],
+        weight=sign[there],
     )
 
 

@@ -31,7 +31,7 @@ from solver.kernels.state import (
     Sides,
     Status,
 )
-from solver.points.voronoi import SIDE_NORMALS, ControlVolumes
+from solver.points.voronoi import ControlVolumes
 
 # Gradients of velocity this much below speed per spacing are round-off, and count as none.
 TIE = 1e-10
@@ -49,7 +49,7 @@ def widths_of(volumes: ControlVolumes, faces: Faces) -> Array:
     """
     cell = np.concatenate([volumes.left, volumes.right, volumes.side_cell])
     half = np.concatenate([volumes.length, volumes.length, volumes.side_length]) / 2
-    normals = np.concatenate([volumes.normal, volumes.normal, SIDE_NORMALS[volumes.side]]).T
+    normals = np.concatenate([volumes.normal, volumes.normal, volumes.side_normal]).T
     return widths_between(volumes, volumes.area, cell, half, normals, faces.cells)
 
 
@@ -73,7 +73,9 @@ def widths_between(
     means = [
         np.bincount(cell, half * a, n) for a in (abs(n_x), abs(n_y), np.ones(len(half)), n_x**2, n_x * n_y)
     ]
-    widths = np.stack([*(a / area for a in means[:3]), *(a / means[2] for a in means[3:])])
+    # a cell of a building has no face
+    around = np.where(means[2] > 0.0, means[2], 1.0)
+    widths = np.stack([*(a / area for a in means[:3]), *(a / around for a in means[3:])])
     near = np.concatenate([np.arange(n), volumes.left, volumes.right])
     seen = np.concatenate([np.arange(n), volumes.right, volumes.left])
     for own in widths[:3]:
@@ -269,7 +271,7 @@ def classify_cloud(arrays: CloudArrays) -> float:
     for r in range(activity.counts[2]):
         start, stop = activity.sloped_runs[r]
         first, last = faces.first_side[start // LANES], faces.first_side[stop // LANES]
-        fill_ghosts_beyond(now, status.beta_x, status.beta_y, faces, sides, first, last)
+        fill_ghosts_beyond(now, status, faces, sides, first, last)
         slopes_at(now, arrays.gradient, start, stop, material.dry, slopes)
         find_most_slower(now, bed.normal, start, stop, slopes)
         forget_above(now, arrays.gradient, arrays.doors, start, stop, material.dry, slopes)

@@ -58,6 +58,7 @@ class SurfaceCloudRun(CloudRun):
         own = lifted(
             self.surface,
             self.cloud,
+            self.operators.volumes,
             tables.faces,
             tables.gradient,
             scene.gravity,

@@ -38,8 +38,8 @@ class PlacedOnCloud:
         Number of the face among those between cells, followed by those of the boundary, shape (n,).
     sign
         1 where flow goes from the left cell to the right one, or outward; -1 where it goes back, shape (n,).
-    downstream
-        Cells that flow goes to, shape (n,); -1 outside.
+    downstream, upstream
+        Cells that flow goes to and comes from, shape (n,); -1 outside.
     direction, width, bottom, along, normal
         As of `solver.inflow.placement.Placed`.
     line
@@ -49,6 +49,7 @@ class PlacedOnCloud:
     face: Indices
     sign: Indices
     downstream: Indices
+    upstream: Indices
     direction: Point
     width: Array
     bottom: Array
@@ -78,12 +79,13 @@ class PlacedOnCloud:
 
     def only(self, good: NDArray[np.bool_]) -> PlacedOnCloud:
         """Give the section with those of its faces that are true, shape (n,)."""
-        names = "face", "sign", "downstream", "width", "bottom"
+        names = "face", "sign", "downstream", "upstream", "width", "bottom"
         return replace(self, **{name: getattr(self, name)[good] for name in names})
 
     def meets(self, cells: NDArray[np.bool_]) -> bool:
-        """Whether one of the cells that are true, shape (n,), is below a face."""
-        return bool(cells[self.downstream[self.downstream >= 0]].any())
+        """Whether one of the cells that are true, shape (n,), is on a side of a face."""
+        beside = np.concatenate([self.downstream, self.upstream])
+        return bool(cells[beside[beside >= 0]].any())
 
 
 def frame_of_bounds(x: Point, y: Point, spacing: float, strip: float) -> Frame:
@@ -139,6 +141,7 @@ def place_on_cloud(
         face,
         sign,
         np.where(sign > 0, right, left),
+        np.where(sign > 0, left, right),
         way,
         np.maximum(0.0, sign * length * (outward @ np.array(way))),
         _bottom(corners, face, volumes, terrain),

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
+from numpy.typing import NDArray
 
 from solver.arrays import Array, Indices
 from solver.lmls.shape_functions import approximation
@@ -12,6 +14,8 @@ from solver.points.cloud import PointCloud
 from solver.points.lattice import Lattice
 
 SUPPORT, DEGREE, WEIGHT_SHAPE = 9, 1, 4.0
+# What is nearer than another by less than this part is as near.
+TIE = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,22 +69,33 @@ class Gridding:
         return np.asarray(limited.reshape(self.lattice.shape))
 
 
-def gridding(cloud: PointCloud, lattice: Lattice) -> Gridding:
+def gridding(cloud: PointCloud, lattice: Lattice, buildings: NDArray[np.bool_] | None = None) -> Gridding:
     """Prepare the approximation of a cloud's cell means at the points of a lattice (eqs. 16-23).
+
+    Parameters
+    ----------
+    buildings : (n,) array, optional
+        Whether a cell is a building. Its values are those of the lattice points in it, and of no others.
 
     Raises
     ------
     ValueError
-        If the cloud is too small for a support.
+        If the cloud has too few cells for a support.
     """
     cells = cloud.control_volumes
     places = np.stack([a.ravel() for a in lattice.coordinates], axis=1)
+    near = cloud.nearest(SUPPORT, places)
+    inside = np.zeros(len(places), bool)
+    if buildings is not None and buildings.any():
+        stands, flows = np.flatnonzero(buildings), np.flatnonzero(~buildings)
+        distance, own = scipy.spatial.cKDTree(cloud.points[stands]).query(places)
+        far, other = scipy.spatial.cKDTree(cloud.points[flows]).query(places, SUPPORT)
+        # what is on the edge of a building counts as in it, as half a cell of a lattice does
+        inside = distance <= (1.0 + TIE) * far[:, 0]
+        near = np.where(inside[:, None], near, flows[other])
     found = approximation(
-        cells.centroid,
-        places,
-        cloud.nearest(SUPPORT, places),
-        DEGREE,
-        WEIGHT_SHAPE,
-        second_moment=cells.second_moment,
+        cells.centroid, places, near, DEGREE, WEIGHT_SHAPE, second_moment=cells.second_moment
     )
-    return Gridding(lattice, found.neighbours, found.value, cells.area)
+    if inside.any():
+        near[inside] = stands[own[inside], None]
+    return Gridding(lattice, near, found.value, cells.area)

@@ -215,6 +215,43 @@ def approximation(
         If a support has too few points for the basis, or its points cannot carry it: the condition number
         of the moment matrix is above `WORST_CONDITION`. The message names the places.
     """
+    posed = _posed(points, places, neighbours, degree, weight_shape, second_moment)
+    offset, basis, weight, radius, orthogonal, triangle, condition = posed
+    bad = np.flatnonzero(~(condition <= WORST_CONDITION))
+    if len(bad):
+        raise ValueError(
+            f"the nearest {neighbours.shape[1]} points cannot carry a basis of degree {degree} at "
+            f"{named(places, bad)}: condition number up to {condition[bad].max():.1e}"
+        )
+    solved = np.linalg.solve(triangle, orthogonal.transpose(0, 2, 1))
+    coefficients: Array = np.asarray(solved * np.sqrt(weight)[:, None, :], np.float64)
+    local = Local(offset, basis, weight, coefficients, radius, weight_shape)
+    # a copy, so that the weights of the basis are let go and rows of values lie together
+    value = coefficients[:, 0].copy()
+    return Approximation(neighbours, value, *derivative(local), condition)
+
+
+def conditions(
+    points: Array,
+    places: Array,
+    neighbours: Indices,
+    degree: int,
+    weight_shape: float = 9.0,
+    second_moment: Array | None = None,
+) -> Array:
+    """Condition numbers of the moment matrices at places, (m,); parameters are those of `approximation`."""
+    return _posed(points, places, neighbours, degree, weight_shape, second_moment)[-1]
+
+
+def _posed(
+    points: Array,
+    places: Array,
+    neighbours: Indices,
+    degree: int,
+    weight_shape: float,
+    second_moment: Array | None,
+) -> tuple[Array, Array, Array, Array, Array, Array, Array]:
+    """Pose the least squares problems: offset, basis, weight, radius of `Local`, Q, R, condition numbers."""
     terms = terms_of(degree)
     if neighbours.shape[1] < terms:
         raise ValueError(f"supports of {neighbours.shape[1]} points cannot carry a basis of {terms} terms")
@@ -231,14 +268,4 @@ def approximation(
     stretch = np.linalg.svd(triangle, compute_uv=False)
     with np.errstate(divide="ignore"):
         condition = (stretch[:, 0] / stretch[:, -1]) ** 2
-    bad = np.flatnonzero(~(condition <= WORST_CONDITION))
-    if len(bad):
-        raise ValueError(
-            f"the nearest {neighbours.shape[1]} points cannot carry a basis of degree {degree} at "
-            f"{named(places, bad)}: condition number up to {condition[bad].max():.1e}"
-        )
-    coefficients = np.linalg.solve(triangle, orthogonal.transpose(0, 2, 1)) * root[:, None, :]
-    local = Local(offset, basis, weight, coefficients, radius, weight_shape)
-    # a copy, so that the weights of the basis are let go and rows of values lie together
-    value = coefficients[:, 0].copy()
-    return Approximation(neighbours, value, *derivative(local), condition)
+    return offset, basis, weight, radius, orthogonal, triangle, condition

@@ -11,6 +11,7 @@ import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from solver.arrays import Array, Indices
+from solver.points.fitted import fitted
 from solver.points.poisson_disc import poisson_disc
 from solver.points.spacing import Corridor, Refinement, Spacing
 from solver.points.voronoi import ControlVolumes, control_volumes
@@ -167,7 +168,13 @@ def given_points(points: ArrayLike, x: tuple[float, float], y: tuple[float, floa
     return PointCloud(cloud.points[hilbert_order(cloud.points, x, y)], x, y)
 
 
-def random_points(x: tuple[float, float], y: tuple[float, float], count: int, seed: int = 0) -> PointCloud:
+def random_points(
+    x: tuple[float, float],
+    y: tuple[float, float],
+    count: int,
+    seed: int = 0,
+    outlines: Sequence[Array] = (),
+) -> PointCloud:
     """Cloud of points placed at random and evenly, by Poisson-disc sampling.
 
     Parameters
@@ -175,9 +182,11 @@ def random_points(x: tuple[float, float], y: tuple[float, float], count: int, se
     x, y : tuple of float
         Bounds of the domain, m.
     count : int
-        Number of points, met within 1 %.
+        Number of points, met within 1 % but for what outlines change.
     seed : int
         Gives the same points everywhere.
+    outlines : sequence of array
+        At which cells end, as `solver.points.fitted.fitted` takes them.
 
     Returns
     -------
@@ -192,7 +201,7 @@ def random_points(x: tuple[float, float], y: tuple[float, float], count: int, se
     if count < 3:
         raise ValueError(f"a cloud needs at least 3 points, not {count}")
     area = (x[1] - x[0]) * (y[1] - y[0])
-    return _placed(x, y, Spacing(float(np.sqrt(area / count))), seed, count)
+    return _placed(x, y, Spacing(float(np.sqrt(area / count))), seed, count, outlines)
 
 
 def graded_points(
@@ -202,6 +211,7 @@ def graded_points(
     refinements: Sequence[Refinement | Corridor] = (),
     growth: float = 0.1,
     seed: int = 0,
+    outlines: Sequence[Array] = (),
 ) -> PointCloud:
     """Cloud that is denser in and around refinements.
 
@@ -217,6 +227,8 @@ def graded_points(
         Growth of the spacing per distance from a refinement, dimensionless.
     seed : int
         Gives the same points everywhere.
+    outlines : sequence of array
+        At which cells end, as `solver.points.fitted.fitted` takes them.
 
     Returns
     -------
@@ -228,7 +240,7 @@ def graded_points(
     ValueError
         As `PointCloud` and `Spacing`, and if the number of points cannot be met.
     """
-    return _placed(x, y, Spacing(spacing, tuple(refinements), growth), seed, None)
+    return _placed(x, y, Spacing(spacing, tuple(refinements), growth), seed, None, outlines)
 
 
 def hilbert_order(points: Array, x: tuple[float, float], y: tuple[float, float]) -> Indices:
@@ -257,9 +269,16 @@ def named(points: Array, chosen: Indices) -> str:
 
 
 def _placed(
-    x: tuple[float, float], y: tuple[float, float], spacing: Spacing, seed: int, count: int | None
+    x: tuple[float, float],
+    y: tuple[float, float],
+    spacing: Spacing,
+    seed: int,
+    count: int | None,
+    outlines: Sequence[Array],
 ) -> PointCloud:
     points = poisson_disc(x, y, spacing, seed, count)
+    if outlines:
+        points = fitted(points, x, y, spacing, outlines)
     return PointCloud(points[hilbert_order(points, x, y)], x, y)
 
 

@@ -118,6 +118,12 @@ class Spacing:
                 rows += [(x0, x1, y0, y1, r.spacing, 1.0, r.margin) for (x0, y0), (x1, y1) in pieces]
         return np.array(rows, dtype=np.float64).reshape(-1, 7)
 
+    def at(self, places: Array) -> Array:
+        """Spacing at places, (n, 2) to (n,), m."""
+        found = np.empty(len(places))
+        spacings_at(places, self.coarsest, self.table, self.growth, found)
+        return found
+
     @property
     def finest(self) -> float:
         """Smallest spacing anywhere, m."""
@@ -143,6 +149,13 @@ def spacing_at(x: float, y: float, coarsest: float, table: Array, growth: float)
             away = max(math.sqrt(dx * dx + dy * dy) - table[k, 6], 0.0)
         spacing = min(spacing, table[k, 4] + growth * away)
     return spacing
+
+
+@kernel(fastmath=False, from_python=True)
+def spacings_at(places: Array, coarsest: float, table: Array, growth: float, found: Array) -> None:
+    """Fill the spacing (m), (n,), at places (n, 2) (m)."""
+    for k in range(len(places)):
+        found[k] = spacing_at(places[k, 0], places[k, 1], coarsest, table, growth)
 
 
 @kernel(fastmath=False, from_python=True)

@@ -39,11 +39,13 @@ class ControlVolumes:
     side_cell : (b,) array
         Cell of each boundary face.
     side : (b,) array
-        0 to 3 for x_min, x_max, y_min, y_max.
+        0 to 3 for x_min, x_max, y_min, y_max, and `BUILDING` for a wall of a building.
     side_length : (b,) array
         In m.
     side_midpoint : (b, 2) array
         In m.
+    side_normal : (b, 2) array
+        Outward unit vector.
     """
 
     area: Array
@@ -58,11 +60,12 @@ class ControlVolumes:
     side: Indices
     side_length: Array
     side_midpoint: Array
+    side_normal: Array
 
     @property
     def outward(self) -> Array:
         """Unit vectors from the left cells of all faces to what is beyond, boundary faces last, (e, 2)."""
-        return np.concatenate([self.normal, SIDE_NORMALS[self.side]])
+        return np.concatenate([self.normal, self.side_normal])
 
     @property
     def edges(self) -> tuple[Array, Array]:
@@ -83,6 +86,8 @@ class ControlVolumes:
 
 # outward unit normals of the sides x_min, x_max, y_min, y_max
 SIDE_NORMALS = np.array([[-1.0, 0.0], [1.0, 0.0], [0.0, -1.0], [0.0, 1.0]])
+# the number after theirs is that of all walls of buildings
+BUILDING = len(SIDE_NORMALS)
 
 
 @kernel(fastmath=False, from_python=True, makes_arrays=True)
@@ -255,6 +260,7 @@ def control_volumes(points: Array, x: tuple[float, float], y: tuple[float, float
         -1 - beyond[outer],
         length[outer],
         middle[outer],
+        SIDE_NORMALS[-1 - beyond[outer]],
     )
 
 

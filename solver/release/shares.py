@@ -9,7 +9,7 @@ import numpy as np
 from solver.arrays import Array
 from solver.points.cloud import PointCloud
 from solver.points.lattice import Lattice
-from solver.points.voronoi import SIDE_NORMALS, ControlVolumes
+from solver.points.voronoi import ControlVolumes
 from solver.release.polygons import SLIVER, polygon_shares
 
 # digits of a share on a lattice; the others are round-off
@@ -41,19 +41,18 @@ def shares(rings: Sequence[Array], points: Lattice | PointCloud) -> Array:
 def _clipped_areas(ring: Array, cells: ControlVolumes) -> Array:
     """Area of each cell within an outline, by its orientation, (n,), m2."""
     faces = np.argsort(owners := np.concatenate([cells.left, cells.right, cells.side_cell]), kind="stable")
-    normals = np.concatenate([cells.normal, -cells.normal, SIDE_NORMALS[cells.side]])[faces]
+    normals = np.concatenate([cells.normal, -cells.normal, cells.side_normal])[faces]
     places = np.concatenate([cells.midpoint, cells.midpoint, cells.side_midpoint])[faces]
     length = np.concatenate([cells.length, cells.length, cells.side_length])[faces]
     first = np.searchsorted(owners[faces], np.arange(len(cells.area) + 1))
     # no cell reaches farther than its faces do
     reach = np.hypot(*(places - cells.centroid[owners[faces]]).T) + length
+    far = np.maximum.reduceat(reach, first[:-1])[:, None]
     low, high = ring.min(axis=0), ring.max(axis=0)
+    near = ((cells.centroid + far >= low) & (cells.centroid - far <= high)).all(axis=1)
     area = np.zeros(len(cells.area))
-    for i in range(len(area)):
+    for i in np.flatnonzero(near):
         own = slice(first[i], first[i + 1])
-        far = reach[own].max(initial=0.0)
-        if (cells.centroid[i] + far < low).any() or (cells.centroid[i] - far > high).any():
-            continue
         left = ring
         for normal, place in zip(normals[own], places[own], strict=True):
             left = _cut(left, normal, place)

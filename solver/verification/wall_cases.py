@@ -2,6 +2,7 @@
 
 ``python -m solver.verification.wall_cases`` prints the tables of docs/method.md. The ground is flat and
 without friction; on a slope as steep as friction a stream is the same. The speed of waves is ``sqrt(g h)``.
+On a cloud its cells end at the walls, and what it makes is looked at on the lattice of the same spacing.
 """
 
 from __future__ import annotations
@@ -10,15 +11,19 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from solver.arrays import Array
+from solver.lmls.gridding import gridding
 from solver.physics.constants import GRAVITY
 from solver.physics.friction import Coulomb
 from solver.physics.terrain import Plane
+from solver.points.cloud import PointCloud, graded_points
 from solver.points.lattice import Lattice
 from solver.scene import Boundaries, Scene
 from solver.simulation import simulate
+from solver.structures import building_cells
 
 C = float(np.sqrt(GRAVITY))
 # Cells that the building across a stream is thick.
@@ -80,7 +85,7 @@ def turned(froude: float, deflection: float) -> Shock:
 
 @dataclass(frozen=True)
 class Stopped:
-    """What the lattice makes of a stream against a wall.
+    """What a lattice or a cloud makes of a stream against a wall.
 
     Parameters
     ----------
@@ -97,30 +102,37 @@ class Stopped:
     volume_error: float
 
 
-def stop(froude: float, spacing: float) -> Stopped:
-    """Let a stream of unit depth run against a building until its bore is 8 m away."""
+def stop(froude: float, spacing: float, seed: int | None = None) -> Stopped:
+    """Let a stream of unit depth run against a building until its bore is 8 m away.
+
+    seed : of a cloud; a lattice without one.
+    """
     exact = stopped(froude)
     duration = 8.0 / (C * froude / (exact - 1))
     # what leaves no trace of the end of the stream near the wall
     count = round(((froude + 1) * C * duration + 12) / spacing)
-    lattice = Lattice((spacing / 2, (count + THICK - 0.5) * spacing), (0, 3 * spacing), spacing)
-    x = lattice.coordinates[0]
-    building = x > count * spacing
+    lattice = Lattice(
+        (spacing / 2, (count + THICK - 0.5) * spacing), (0, (3 if seed is None else 7) * spacing), spacing
+    )
+    corners = _box(count * spacing, lattice.extent[1][0] - 1, np.inf, np.inf, lattice)
+    points, building = _points(lattice, corners, seed)
     stream = np.where(building, 0.0, 1.0)
     scene = Scene(
-        *(lattice, Plane(0.0), stream, froude * C * stream, 0 * stream, Coulomb(0.0)),
+        *(points, Plane(0.0), stream, froude * C * stream, 0 * stream, Coulomb(0.0)),
         buildings=building,
         boundaries=Boundaries("open", "open", "wall", "wall"),
     )
     run = simulate(scene, [duration / 2, duration], stop_at_rest=False)
     from_wall = np.asarray(spacing * (np.arange(count) + 0.5), np.float64)
-    depths = run.depth[:, 1, count - 1 :: -1]
+    depths = _on(lattice, scene, run.depth).mean(axis=1)[:, count - 1 :: -1]
     half, whole = (_height(depth, from_wall, 0.5 * (1 + exact)) for depth in depths)
     ratio = float(depths[1, : round(4 / spacing)].mean())
     return Stopped(ratio, (whole - half) / (duration / 2) / C, run.ledger.error)
 
 
-def turn(froude: float, deflection: float, spacing: float, long: float = 24.0) -> Shock:
+def turn(
+    froude: float, deflection: float, spacing: float, long: float = 24.0, seed: int | None = None
+) -> Shock:
     """Let a stream of unit depth run obliquely against a building along the lattice, until it is steady.
 
     The building is one cell thick and begins `EDGE` m behind the side that the stream comes in by; before it
@@ -129,9 +141,11 @@ def turn(froude: float, deflection: float, spacing: float, long: float = 24.0) -
     Parameters
     ----------
     froude, deflection, spacing
-        Of the stream; by which angle the wall turns it, radians; of the lattice, m.
+        Of the stream; by which angle the wall turns it, radians; of the points, m.
     long : float
         Length of the wall, m.
+    seed : int, optional
+        Of a cloud; a lattice without one.
     """
     exact = turned(froude, deflection)
     rows = round(1.7 * long * float(np.tan(exact.angle - deflection)) / spacing)
@@ -140,16 +154,16 @@ def turn(froude: float, deflection: float, spacing: float, long: float = 24.0) -
         (spacing / 2, (columns - 0.5) * spacing), (-spacing / 2, (rows - 0.5) * spacing), spacing
     )
     x, y = lattice.coordinates
-    building = (y < 0) & (x > EDGE)
+    points, building = _points(lattice, _box(EDGE, -np.inf, np.inf, 0.0, lattice), seed)
     stream = np.where(building, 0.0, 1.0)
     u, v = (froude * C * part * stream for part in (np.cos(deflection), -np.sin(deflection)))
     scene = Scene(
-        *(lattice, Plane(0.0), stream, u, v, Coulomb(0.0)),
+        *(points, Plane(0.0), stream, u, v, Coulomb(0.0)),
         buildings=building,
         boundaries=Boundaries(1.0, "open", "open", 1.0),
     )
     run = simulate(scene, [PASSES * long / (froude * C)], stop_at_rest=False)
-    h, v_x, v_y = (field[0, 1:] for field in (run.depth, run.velocity_x, run.velocity_y))
+    h, v_x, v_y = (_on(lattice, scene, f)[0, 1:] for f in (run.depth, run.velocity_x, run.velocity_y))
     there = (x[0] > EDGE + 0.4 * long) & (x[0] < EDGE + 0.9 * long)
     front = np.array([_height(column, y[1:, 0], 0.5 * (1 + exact.ratio)) for column in h[:, there].T])
     slope = float(np.polyfit(x[0, there], front, 1)[0])
@@ -158,6 +172,36 @@ def turn(froude: float, deflection: float, spacing: float, long: float = 24.0) -
     speed = np.hypot(v_x, v_y)[behind]
     froude_behind = float((speed / np.sqrt(GRAVITY * h[behind])).mean())
     return Shock(float(h[behind].mean()), float(np.arctan(slope)) + deflection, froude_behind)
+
+
+def _box(west: float, south: float, east: float, north: float, lattice: Lattice) -> Array:
+    """Corners of a rectangle, no farther out than a metre from the cells of a lattice."""
+    (x_0, x_1), (y_0, y_1) = lattice.extent
+    west, south, east, north = (
+        max(west, x_0 - 1),
+        max(south, y_0 - 1),
+        min(east, x_1 + 1),
+        min(north, y_1 + 1),
+    )
+    return np.array([[west, south], [east, south], [east, north], [west, north]])
+
+
+def _points(
+    lattice: Lattice, corners: Array, seed: int | None
+) -> tuple[Lattice | PointCloud, NDArray[np.bool_]]:
+    """Give a lattice, or a cloud of its extent and spacing, and which of the cells are a building."""
+    points: Lattice | PointCloud = lattice
+    if seed is not None:
+        points = graded_points(*lattice.extent, lattice.dx, seed=seed, outlines=[corners])
+    return points, building_cells([corners], points)
+
+
+def _on(lattice: Lattice, scene: Scene, frames: Array) -> Array:
+    """Give frames of a scene on a lattice, (frames, ny, nx)."""
+    if isinstance(scene.points, Lattice):
+        return frames
+    grid = gridding(scene.points, lattice, scene.buildings)
+    return np.stack([grid.within_range(frame.astype(np.float64)) for frame in frames])
 
 
 def _height(depth: Array, y: Array, level: float) -> float:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from checkpoints import with_and_without_a_restart
 
-from solver import Coulomb, Lattice, MohrCoulomb, Plane, Scene, given_points, simulate
+from solver import Coulomb, Lattice, MohrCoulomb, Plane, Scene, simulate
 from solver.lattice.walls import EAST, NORTH, SOUTH, WEST, wall_flux, walls_of
 from solver.physics.elevation import ElevationModel
 from solver.scene import Boundaries, Collocation
@@ -145,13 +145,5 @@ def test_what_buildings_cannot_have_is_refused():
     side[:, -1] = True
     with pytest.raises(ValueError, match="given depth"):
         simulate(scene("plane", side, boundaries=Boundaries(x_max=1.0)), [1.0])
-    with pytest.raises(ValueError, match="on a lattice"):
+    with pytest.raises(ValueError, match="weighted-residual form"):
         simulate(scene("plane", built, scheme=Collocation()), [1.0])
-    x, y = POINTS.coordinates
-    places = np.stack([(x + 0 * y).ravel(), (y + 0 * x).ravel()], axis=1)
-    cloud = given_points(places, (-16, 16), (-13, 13))
-    nothing = np.zeros(len(cloud))
-    with pytest.raises(ValueError, match="on a lattice"):
-        simulate(
-            Scene(cloud, Plane(0.0), nothing + 1, nothing, nothing, Coulomb(9), buildings=nothing > 1), [1.0]
-        )
