@@ -57,6 +57,32 @@ def test_a_stream_along_a_building_is_turned_by_the_oblique_shock(froude, degree
     assert errors[0] < 0.5 * errors[1]
 
 
+@pytest.mark.parametrize("froude", [2, 3, 5])
+def test_a_stream_against_a_building_on_a_cloud_sends_the_bore_back(froude):
+    ratio = stopped(froude)
+    speed = froude / (ratio - 1)
+    coarse, fine = stop(froude, 1.0, seed=1), stop(froude, 0.25, seed=1)
+    assert fine.ratio == pytest.approx(ratio, rel=8e-3)
+    assert fine.speed == pytest.approx(speed, rel=6e-3)
+    assert abs(fine.ratio - ratio) < 0.5 * abs(coarse.ratio - ratio)
+    assert abs(fine.speed - speed) < 0.5 * abs(coarse.speed - speed)
+    assert abs(fine.volume_error) < 5e-16
+
+
+@pytest.mark.parametrize(("froude", "degrees"), [(3, 15), (3, 20), (5, 20), (5, 30)])
+def test_a_stream_along_a_building_on_a_cloud_is_turned_by_the_oblique_shock(froude, degrees):
+    exact = turned(froude, np.radians(degrees))
+    fine, coarse = (turn(froude, np.radians(degrees), spacing, seed=1) for spacing in (0.25, 1.0))
+    assert np.degrees(fine.angle) == pytest.approx(np.degrees(exact.angle), abs=0.15)
+    assert fine.ratio == pytest.approx(exact.ratio, rel=6e-3)
+    assert fine.froude == pytest.approx(exact.froude, rel=2.5e-2)
+    errors = [
+        sum(abs(getattr(each, name) / getattr(exact, name) - 1) for name in ("angle", "ratio", "froude"))
+        for each in (fine, coarse)
+    ]
+    assert errors[0] < 0.5 * errors[1]
+
+
 def test_a_staircase_of_cells_turns_a_stream_nearly_as_a_plane_wall_does():
     exact = turned(3.0, np.radians(20))
     found = deflect(3.0, np.radians(20), 1.0, None)

@@ -167,7 +167,6 @@ def test_a_domain_is_found_for_a_cloud(folder):
     [
         ("layout: poisson-disc, count: 500", "", "points.count: expected a spacing on an elevation model"),
         ("layout: file, path: points.csv", "", "expected layout lattice, poisson-disc or graded on an elev"),
-        ("layout: poisson-disc, spacing: 4", HUT, "expected no building with layout poisson-disc"),
     ],
 )
 def test_what_a_cloud_cannot_have_is_refused(folder, points, more, said):
