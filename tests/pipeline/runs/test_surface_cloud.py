@@ -220,3 +220,69 @@ def test_a_section_is_looked_at_before_a_cloud_is_placed(folder):
     path = written(folder, TEXT + FED.replace("froude: 1.5", "depth: normal"), EVEN, ALONE)
     with pytest.raises(pipeline.BadInput, match="no normal depth with this law of friction"):
         load([path])
+
+
+HOUSES = (
+    f"structures: [{{kind: building, polygon: [[{WEST + 118}, {NORTH - 112}], [{WEST + 142}, {NORTH - 118}], "
+    f"[{WEST + 146}, {NORTH - 88}], [{WEST + 122}, {NORTH - 84}]]}}]\n"
+    "hazard: {depth: [0.3]}\n"
+)
+
+
+@pytest.fixture(scope="module")
+def built(folder):
+    return run(folder, "built", EVEN, more=HOUSE + HOUSES)
+
+
+def test_nothing_flows_in_a_building_on_a_cloud(built, even):
+    stands = built["building"].to_numpy() == 1
+    assert built["building"].dims == ("point",)
+    area = built["plan_area"].to_numpy()[stands].sum()
+    # the cells end at its edges
+    assert area == pytest.approx(716, rel=1e-9)
+    assert (built["max_depth"].to_numpy()[:, stands] == 0).all()
+    assert np.isnan(built["arrival_time"].to_numpy()[:, stands]).all()
+    assert float(abs(built["volume_error"]).max()) < 1e-14
+    # where flow was without it
+    there = pipeline.to_lattice(even)["max_depth"].sel(x=WEST + 132, y=NORTH - 100, method="nearest")
+    assert float(there[0]) > 0.3
+
+
+def test_receptors_on_a_building_are_read_beside_it_and_maps_leave_it_out(folder, built, lattice):
+    place = run(folder, "built-lattice", more=HOUSE + HOUSES)
+    assert place["building"].dims == ("y", "x")
+    found = [
+        pipeline.assessment_tables(folder / name)["receptors"].iloc[0] for name in ("built", "built-lattice")
+    ]
+    assert found[0]["median_max_depth"] > 0.5
+    assert found[0]["median_max_depth"] == pytest.approx(found[1]["median_max_depth"], rel=0.3)
+    mapped = pipeline.to_lattice(built)
+    stands = mapped["building"].to_numpy() == 1
+    assert mapped["building"].dims == ("y", "x")
+    assert (mapped["max_depth"].to_numpy()[:, stands] == 0).all()
+    assert (mapped["area"].to_numpy()[stands] > 0).all()
+    maps = pipeline.hazard_maps(folder / "built")["built"]
+    stands = maps["building"].to_numpy() == 1
+    assert 20 < stands.sum() < 70
+    assert np.isnan(maps["depth_quantile"].to_numpy()[..., stands]).all()
+    assert not np.isnan(maps["depth_exceedance"].to_numpy()[..., ~stands]).any()
+
+
+@pytest.mark.parametrize("kind", ["lattice", "cloud"])
+def test_what_cannot_be_among_buildings_is_refused_before_a_run(folder, kind):
+    points = [] if kind == "lattice" else [EVEN]
+    over = HOUSES.replace(f"{WEST + 118}, {NORTH - 112}", f"{WEST + 40}, {NORTH - 112}")
+    with pytest.raises(pipeline.BadInput, match=r"expected a release beside the buildings.*'slide'"):
+        load([written(folder, TEXT + over, *points)])
+    fed = FED.replace(f"{WEST + 40}", f"{WEST + 130}")
+    with pytest.raises(pipeline.BadInput, match="clear of buildings"):
+        load([written(folder, TEXT + HOUSES + fed, ALONE, *points)])
+
+
+def test_a_building_finer_than_the_points_is_warned_of(folder):
+    sliver = (
+        f"structures: [{{kind: building, polygon: [[{WEST + 120}, {NORTH - 120}], "
+        f"[{WEST + 120.5}, {NORTH - 120}], [{WEST + 120.5}, {NORTH - 80}]]}}]\n"
+    )
+    (found,) = load([written(folder, TEXT + sliver, EVEN)])
+    assert any("half of no cell covered: the flow passes through" in line for line in found.warnings)

@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 WEST, SOUTH, SYSTEM = 2_600_000.0, 1_200_000.0, "EPSG:2056"
 FEWEST, MOST, SIDES = 16, 70, (0.1, 30.0)
 NO_DATA = -9999.0
-# Share of lattices among the scenes that may be on clouds too.
+# Share of lattices among the scenes.
 LATTICES = 0.6
 # Elevation of the lowest cell, m; nothing is higher than rasters are believed to be.
 LOWEST, HIGHEST = 100.0, 8000.0
@@ -161,14 +161,12 @@ def draw_surface_scene(rng: Generator, name: str) -> tuple[Data, Files, dict[str
     data["time"] = {"end": end, "output_every": end}
     data["output"] = {"fields": ["depth", "deposit_depth", "max_depth", "max_speed"]}
     # drawn last: all else of the scene is what it would be on a lattice
-    layout = "surface"
-    if not any(each["kind"] == "building" for each in structures):
-        layout = _layout(rng, data, spacing)
-        if layout != "surface" and "inflow" in data:
-            # cells of a lattice lie half out of its domain, which is moved on to those of the raster
-            low, high = np.transpose([data["domain"]["x"], data["domain"]["y"]])
-            ends = np.clip(data["inflow"][0]["section"], low + 0.5 * spacing, high - 0.5 * spacing)
-            data["inflow"][0]["section"] = ends.tolist()
+    layout = _layout(rng, data, spacing)
+    if layout != "surface" and "inflow" in data:
+        # cells of a lattice lie half out of its domain, which is moved on to those of the raster
+        low, high = np.transpose([data["domain"]["x"], data["domain"]["y"]])
+        ends = np.clip(data["inflow"][0]["section"], low + 0.5 * spacing, high - 0.5 * spacing)
+        data["inflow"][0]["section"] = ends.tolist()
     labels = {
         "points": layout,
         "profile": f"surface: {ground}",
@@ -183,7 +181,7 @@ def draw_surface_scene(rng: Generator, name: str) -> tuple[Data, Files, dict[str
 
 
 def _layout(rng: Generator, data: Data, spacing: float) -> str:
-    """Draw the points of a scene that may have any; give their label."""
+    """Draw the points of a scene; give their label."""
     if rng.random() < LATTICES:
         return "surface"
     layout = "poisson-disc" if rng.random() < 0.6 else "graded"
