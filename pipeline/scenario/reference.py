@@ -63,8 +63,8 @@ erodible_bed:
 `docs/method.md`, "Erosion", has the equations of the laws, with usual values and sources.
 
 Dams, basins and buildings are a list. Dams and basins change an elevation model. Buildings stand on any
-lattice; on a profile their corners are given along and across the bed. A second scenario without one of them,
-compared by `pipeline compare`, says what it does:
+terrain and any points; on a profile their corners are given along and across the bed. A second scenario
+without one of them, compared by `pipeline compare`, says what it does:
 
 ```yaml
 structures:

@@ -31,6 +31,8 @@ THICK = 2
 # Distance of the edge of a wall from where the stream comes in, m; times that the stream passes the wall.
 EDGE, PASSES = 3.0, 3.0
 STOPPED, SPACINGS = (2.0, 3.0, 5.0), (1.0, 0.5, 0.25)
+# Of the clouds.
+SEED = 1
 TURNED = ((3.0, 15.0), (3.0, 20.0), (5.0, 20.0), (5.0, 30.0))
 
 
@@ -213,23 +215,28 @@ def _height(depth: Array, y: Array, level: float) -> float:
 
 def tables() -> Iterator[str]:
     """Write both cases as tables, spacing by spacing."""
-    yield "| stream against a wall, Fr | spacing, m | h2/h1 | bore over c |"
-    yield "|---|---|---|---|"
+    yield "| stream against a wall, Fr | spacing, m | lattice: h2/h1 | bore over c | cloud: h2/h1 | bore |"
+    yield "|---|---|---|---|---|---|"
     for froude in STOPPED:
         ratio = stopped(froude)
         for spacing in SPACINGS:
-            found = stop(froude, spacing)
-            yield f"| {froude:g} | {spacing:g} | {found.ratio:.4f} | {found.speed:.4f} |"
-        yield f"| {froude:g} | exact | {ratio:.4f} | {froude / (ratio - 1):.4f} |"
+            both = (stop(froude, spacing, seed) for seed in (None, SEED))
+            told = " | ".join(f"{found.ratio:.4f} | {found.speed:.4f}" for found in both)
+            yield f"| {froude:g} | {spacing:g} | {told} |"
+        yield f"| {froude:g} | exact | {ratio:.4f} | {froude / (ratio - 1):.4f} | | |"
     yield ""
-    yield "| stream turned by a wall, Fr, degrees | spacing, m | angle of the shock | h2/h1 | Fr2 |"
-    yield "|---|---|---|---|---|"
+    yield (
+        "| stream turned by a wall, Fr, degrees | spacing, m | lattice: angle of the shock | h2/h1 | Fr2 "
+        "| cloud: angle | h2/h1 | Fr2 |"
+    )
+    yield "|---|---|---|---|---|---|---|---|"
     for froude, degrees in TURNED:
         deflection = float(np.radians(degrees))
         named = f"{froude:g}, {degrees:g}"
         for spacing in SPACINGS:
-            yield f"| {named} | {spacing:g} | {_row(turn(froude, deflection, spacing))} |"
-        yield f"| {named} | exact | {_row(turned(froude, deflection))} |"
+            both = (turn(froude, deflection, spacing, seed=seed) for seed in (None, SEED))
+            yield f"| {named} | {spacing:g} | {' | '.join(map(_row, both))} |"
+        yield f"| {named} | exact | {_row(turned(froude, deflection))} | | | |"
 
 
 def _row(shock: Shock) -> str:
