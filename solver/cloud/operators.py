@@ -13,8 +13,8 @@ from solver.cloud.blocks import Blocks, blocks_near
 from solver.cloud.faces import Faces, all_aligned, connect
 from solver.cloud.reconstruction import Gradient, Strain, gradient_of, strain_of
 from solver.cloud.status import widths_of
-from solver.cloud.supports import supports
 from solver.lmls.shape_functions import approximation
+from solver.lmls.supports import supports
 from solver.points.cloud import PointCloud
 from solver.points.voronoi import ControlVolumes
 from solver.points.walls import with_walls

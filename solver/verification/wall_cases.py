@@ -234,8 +234,8 @@ def tables() -> Iterator[str]:
         deflection = float(np.radians(degrees))
         named = f"{froude:g}, {degrees:g}"
         for spacing in SPACINGS:
-            both = (turn(froude, deflection, spacing, seed=seed) for seed in (None, SEED))
-            yield f"| {named} | {spacing:g} | {' | '.join(map(_row, both))} |"
+            shocks = [turn(froude, deflection, spacing, seed=seed) for seed in (None, SEED)]
+            yield f"| {named} | {spacing:g} | {' | '.join(map(_row, shocks))} |"
         yield f"| {named} | exact | {_row(turned(froude, deflection))} | | | |"
 
 

@@ -8,9 +8,9 @@ from checkpoints import with_and_without_a_restart
 
 from solver import Coulomb, MohrCoulomb, Plane, PointCloud, Scene, Section, graded_points, simulate
 from solver.cloud.operators import prepare
-from solver.cloud.supports import supports
 from solver.inflow.conditions import Inflow
 from solver.inflow.hydrograph import Triangle
+from solver.lmls.supports import supports
 from solver.physics.elevation import ElevationModel
 from solver.points.walls import with_walls
 from solver.scene import Boundaries
