@@ -331,7 +331,6 @@ class TestScenario:
         ("change", "words"),
         [
             (("[[25, -4], [32, -4], [32, 4], [25, 4]]", "houses.gpkg"), "a file takes an elevation model"),
-            (("spacing: 1", "layout: poisson-disc, spacing: 1, seed: 1"), "layout poisson-disc"),
             (("domain: {x: [0, 60], y: [-20, 20]}\n", ""), "expected a domain, as there is a building"),
             (("[[25, -4], [32, -4]", "[[5, -4], [12, -4]"), "beside the buildings"),
             (("kind: building, polygon", "kind: dam, height: 2, side_slope: 9, line"), "with a dam"),
@@ -343,12 +342,17 @@ class TestScenario:
         assert text != PROFILE
         assert words in refused(scenario(tmp_path, text=text))
 
-    def test_a_profile_takes_buildings(self, tmp_path):
-        out = tmp_path / "results"
-        results = pipeline.run(scenario(tmp_path, text=PROFILE), out, workers=1, quiet=True)
+    @pytest.mark.parametrize("points", ["spacing: 1", "layout: poisson-disc, spacing: 1, seed: 1"])
+    def test_a_profile_takes_buildings(self, tmp_path, points):
+        out, text = tmp_path / "results", PROFILE.replace("spacing: 1", points)
+        results = pipeline.run(scenario(tmp_path, text=text), out, workers=1, quiet=True)
         store = results["slope"]
         built = store["building"].to_numpy() == 1
-        # all that half of is covered: not the corners
-        assert built.sum() == 8 * 9 - 4
+        if "area" in store:
+            # the cells end at the building
+            assert float(store["area"].to_numpy()[built].sum()) == pytest.approx(7 * 8, rel=1e-9)
+        else:
+            # all that half of is covered: not the corners
+            assert built.sum() == 8 * 9 - 4
         assert (store["max_depth"].to_numpy()[0][built] == 0).all()
         assert float(store["max_depth"].max()) > 1
