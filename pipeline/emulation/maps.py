@@ -13,7 +13,7 @@ from pipeline.assess.frames import on_surface
 from pipeline.assess.probability import BOUNDS
 from pipeline.assess.probability import exceedance as plain_exceedance
 from pipeline.emulation.sampled import Sampled
-from pipeline.emulation.thresholds import Threshold, exceedance_of
+from pipeline.emulation.thresholds import Threshold, exceedances_of
 from pipeline.hazard.mapping import THREADS, without_buildings
 from pipeline.hazard.quantities import BOUND_NAMES, QUANTITIES, Quantity, values_of
 from pipeline.store.variables import COORDINATES, SURFACE_COORDINATES
@@ -57,9 +57,8 @@ def mapped(runs: Sampled, chosen: Sequence[Threshold], draws: Draws) -> xr.Datas
 
 def _quantity(runs: Sampled, quantity: Quantity, some: Sequence[Threshold], draws: Draws) -> xr.Dataset:
     layers: dict[str, list[Array]] = {ending: [] for ending in ("", *ERRORS)}
-    for each in some:
-        assert each.chosen is not None
-        result = exceedance_of(runs, each.chosen, draws, mapped=True)
+    chosen = [each.chosen for each in some if each.chosen is not None]
+    for result in exceedances_of(runs, chosen, draws, mapped=True):
         for ending, held in with_errors(result).items():
             layers[ending].append(_laid(runs, held, 0.0 if ending == "" else REST))
     dim = f"{quantity.name}_threshold"

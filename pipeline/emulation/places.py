@@ -12,7 +12,7 @@ from pipeline.assess.receptors import reached
 from pipeline.assess.tables import behind
 from pipeline.emulation.maps import with_errors
 from pipeline.emulation.sampled import Sampled
-from pipeline.emulation.thresholds import Threshold, exceedance_of
+from pipeline.emulation.thresholds import Threshold, exceedances_of
 from pipeline.settings.hazard import Hazard
 from solver.emulator.levels import Draws
 
@@ -31,6 +31,9 @@ def receptor_rows(
     by_run = {str(name): rows for name, rows in reached(store).groupby("receptor")}
     open_ended = censored(store).to_numpy()
     nothing = np.zeros_like(open_ended)
+    given = [(each, each.chosen) for each in some if each.chosen is not None and not each.verdict.refused]
+    found = exceedances_of(runs, [chosen for _, chosen in given], draws)
+    results = {id(each): result for (each, _), result in zip(given, found, strict=True)}
     for each in some:
         values = by_run[each.receptor][COLUMNS[each.quantity.name]].to_numpy(np.float64)
         plain = Values(values, weights(store), open_ended, nothing).exceedance([each.threshold])
@@ -43,8 +46,8 @@ def receptor_rows(
             **{f"probability{bound}": float(part[0]) for bound, part in plain.by_bound.items()},
         }
         errors = dict.fromkeys(("", "_sampling", "_discretisation", "_error"), np.nan)
-        if not each.verdict.refused and each.chosen is not None:
-            result = exceedance_of(runs, each.chosen, draws)
-            errors |= {ending: float(value[0]) for ending, value in with_errors(result).items()}
+        if id(each) in results:
+            given_errors = with_errors(results[id(each)]).items()
+            errors |= {ending: float(value[0]) for ending, value in given_errors}
         row |= {f"emulated{ending}": value for ending, value in errors.items()}
         yield row | {"verdict": each.verdict.word, "reason": each.verdict.reason}

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pipeline.assess.frames import speed_of
 from pipeline.emulation.sampled import Sampled
@@ -13,12 +14,13 @@ from pipeline.hazard.quantities import QUANTITIES, Quantity
 from pipeline.settings.hazard import Hazard
 from pipeline.store.variables import RETURN_PERIOD
 from solver.emulator import support
-from solver.emulator.exceedance import Exceedance, exceedance
+from solver.emulator.exceedance import Exceedance, exceedances
 from solver.emulator.extrapolation import at_place, on_lattice
 from solver.emulator.fields import Chosen, choose
 from solver.emulator.levels import Draws
 from solver.emulator.support import Verdict
 
+Array = NDArray[np.float64]
 # verdict of what the emulator has no method for
 PLAIN = "not emulated"
 # what values of a field are relative to, in its units: some hundredths of it are the least that is told
@@ -115,20 +117,34 @@ def fitted(runs: Sampled, asked: Hazard) -> list[Threshold]:
 
 
 def exceedance_of(runs: Sampled, chosen: Chosen, draws: Draws, *, mapped: bool = False) -> Exceedance:
-    """Give the probabilities of a threshold over draws, with what runs that are missing leave open.
+    """Give the probabilities of one threshold over draws, see `exceedances_of`."""
+    return exceedances_of(runs, [chosen], draws, mapped=mapped)[0]
 
-    mapped : whether the emulator is one over the lattice.
+
+def exceedances_of(
+    runs: Sampled, chosen: Sequence[Chosen], draws: Draws, *, mapped: bool = False
+) -> list[Exceedance]:
+    """Give the probabilities of thresholds over draws, with what runs that are missing leave open.
+
+    Those of one emulator are taken together, which is several times quicker than one by one.
+
+    mapped : whether the emulators are over the lattice.
     """
-    found = exceedance(chosen.levels, chosen.level, draws, runs.weight(runs.usable[0]))
-    past = runs.beyond(draws)
-    if past is None:
-        return found
-    if not mapped:
-        return replace(found, past=at_place(chosen.levels, chosen.level, past))
-    grid = runs.ensembles[-1]
-    spacing = float(np.diff(grid["y"]).mean()), float(np.diff(grid["x"]).mean())
-    half = on_lattice(chosen.levels, chosen.level, past, (grid.sizes["y"], grid.sizes["x"]), spacing)
-    return replace(found, past=half)
+    found: dict[int, Exceedance] = {}
+    weight, past = runs.weight(runs.usable[0]), runs.beyond(draws)
+    for emulator in {id(each.levels): each.levels for each in chosen}.values():
+        of_it = [each for each in chosen if each.levels is emulator]
+        together = exceedances(emulator, [each.level for each in of_it], draws, weight)
+        for each, one in zip(of_it, together, strict=True):
+            half: Array | float = 0.0
+            if past is not None and mapped:
+                grid = runs.ensembles[-1]
+                spacing = float(np.diff(grid["y"]).mean()), float(np.diff(grid["x"]).mean())
+                half = on_lattice(emulator, each.level, past, (grid.sizes["y"], grid.sizes["x"]), spacing)
+            elif past is not None:
+                half = at_place(emulator, each.level, past)
+            found[id(each)] = replace(one, past=half)
+    return [found[id(each)] for each in chosen]
 
 
 def _of_field(runs: Sampled, asked: Hazard, name: str, together: Sequence[Quantity]) -> Iterator[Threshold]:

@@ -67,7 +67,8 @@ def draw_ground(panel: Axes, east: Array, north: Array, found: xr.Dataset) -> No
 
 def renderer_of(figure: Figure) -> RendererBase:
     """Give what measures the texts of a figure."""
-    found: RendererBase = FigureCanvasAgg(figure).get_renderer()  # type: ignore[no-untyped-call]
+    assert isinstance(figure.canvas, FigureCanvasAgg)
+    found: RendererBase = figure.canvas.get_renderer()  # type: ignore[no-untyped-call]
     return found
 
 
@@ -77,6 +78,8 @@ def panels_of(shape: float, count: int, wide: bool) -> tuple[Figure, list[Axes]]
     rows = count if wide else min(count, 1.5)
     size = (WIDTH + 1.2, (height + 0.3) * rows + 0.6)
     figure = Figure(figsize=size, layout="compressed", dpi=150)
+    # labels of contour lines are measured on it, where else each would make a renderer of its own
+    FigureCanvasAgg(figure)
     if wide:
         return figure, list(figure.subplots(count, 1, sharex=True, squeeze=False).flat)
     if count == 2:

@@ -37,6 +37,8 @@ PANEL_TITLES = {
     "_upper": "upper bound; strong where it differs",
     ERROR: "half width of its error",
 }
+# around a picture, inches
+PADDING = 0.1
 IN_DOUBT = "hatched where its error exceeds it"
 
 
@@ -113,10 +115,13 @@ def draw(layer: Layer, found: xr.Dataset, frame: Frame | None, path: Path) -> Pa
     layout = figure.get_layout_engine()
     assert layout is not None
     layout.execute(figure)
-    figure.set_layout_engine("none")
+    figure.set_layout_engine(None)
     title.set_in_layout(True)
-    keep_apart(renderer_of(figure), panels[0], names)
-    figure.savefig(path, bbox_inches="tight")
+    renderer = renderer_of(figure)
+    keep_apart(renderer, panels[0], names)
+    # with "tight" all would be drawn once more, only to be measured
+    box = figure.get_tightbbox(renderer).padded(PADDING)
+    figure.savefig(path, bbox_inches=box)
     return path
 
 

@@ -1,4 +1,4 @@
 """Gaussian-process emulators of runs: probabilities and quantiles of many draws from few runs.
 
-Arrays in, arrays out. The package knows no files, no scenarios and no stores; it needs NumPy and SciPy alone.
+Arrays in, arrays out. The package knows no files, no scenarios and no stores.
 """

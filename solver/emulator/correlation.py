@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+# pairs of places whose distances are held at once
+AT_ONCE = 1 << 13
 
 
 def matern(one: Array, other: Array, lengths: Array) -> Array:
@@ -31,21 +31,35 @@ def matern(one: Array, other: Array, lengths: Array) -> Array:
     ----------
     Rasmussen & Williams 2006, Gaussian Processes for Machine Learning, section 4.2.
     """
-    found = np.ones((len(one), len(other)))
-    for distance in _distances(one, other, lengths):
-        found *= (1 + distance * (1 + distance / 3)) * np.exp(-distance)
+    found = np.empty((len(one), len(other)))
+    rows = max(1, AT_ONCE // max(1, len(other)))
+    for start in range(0, len(one), rows):
+        part = found[start : start + rows]
+        part[:], total = 1.0, np.zeros(part.shape)
+        for j, length in enumerate(lengths):
+            distance = one[start : start + rows, j, None] * (np.sqrt(5) / length)
+            distance = np.abs(distance - other[None, :, j] * (np.sqrt(5) / length))
+            total += distance
+            factor = distance / 3
+            factor += 1
+            factor *= distance
+            factor += 1
+            part *= factor
+        np.negative(total, out=total)
+        part *= np.exp(total, out=total)
     return found
 
 
-def matern_slopes(places: Array, lengths: Array) -> Iterator[Array]:
-    """Give the derivative of the correlations by the logarithm of each length, shape (n, n) each."""
-    whole = matern(places, places, lengths)
-    for distance in _distances(places, places, lengths):
-        # of the one factor that has the length, the others as they are
-        factor = distance**2 * (1 + distance) / 3 / (1 + distance * (1 + distance / 3))
-        yield whole * factor
+def matern_slopes(places: Array, lengths: Array) -> tuple[Array, Array]:
+    """Correlations of places, and what times them is their derivative by the logarithm of each length.
 
-
-def _distances(one: Array, other: Array, lengths: Array) -> Iterator[Array]:
-    for j, length in enumerate(lengths):
-        yield np.sqrt(5) / length * np.abs(one[:, j, None] - other[None, :, j])
+    Returns
+    -------
+    whole : array, shape (n, n)
+    factors : array, shape (inputs, n, n)
+    """
+    distance = np.abs(places.T[:, :, None] - places.T[:, None, :]) * (np.sqrt(5) / lengths)[:, None, None]
+    factor = 1 + distance * (1 + distance / 3)
+    whole = np.exp(-distance.sum(axis=0)) * factor.prod(axis=0)
+    # of the one factor that has the length, the others as they are
+    return whole, distance**2 * (1 + distance) / (3 * factor)

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import ndtr
 
-from solver.emulator.levels import Draws, Levels, Predictor, scaled_paths
+from solver.emulator.levels import Draws, Levels, Predictor, scaled_paths, variance_of_draws
+from solver.emulator.mixtures import NORMAL, Floats, shares_above, variance_over_paths
 from solver.emulator.scores import TWO_SIDED, ExceedanceScore, exceedance_score
 
 Array = NDArray[np.float64]
+Rows = NDArray[np.intp]
 
-# outputs whose draws, and whose paths, are held at once
+# outputs whose draws are held at once
 OUTPUTS_AT_ONCE = 1000
-PATHS_AT_ONCE = 100
 PATHS = 100
 # outputs that fewer of the first draws exceed, or all but fewer, are looked at no further
 CERTAIN = 1e-4
@@ -24,11 +25,7 @@ REST = 0.0025
 # probabilities whose change between levels is typical
 TYPICAL = (0.01, 0.99)
 ALLOWANCE = 2.0
-# deviations that the table reaches to, and its entries
-WIDEST, ENTRIES = 6.0, 1 << 16
-_TABLE = ndtr(np.linspace(-WIDEST, WIDEST, ENTRIES)).astype(np.float32)
-_SCALE = np.float32((ENTRIES - 1) / (2 * WIDEST))
-_MIDDLE = np.float32((ENTRIES - 1) / 2 + 0.5)
+SINGLE = np.dtype(np.float32)
 
 
 @dataclass(frozen=True)
@@ -92,97 +89,128 @@ class Exceedance:
 
 
 def exceedance(levels: Levels, level: float, draws: Draws, weight: Array) -> Exceedance:
-    """Give the probabilities of the outputs of an emulator to be above a level.
+    """Give the probabilities of the outputs of an emulator to be above one level, see `exceedances`."""
+    return exceedances(levels, [level], draws, weight)[0]
+
+
+def exceedances(levels: Levels, asked: Sequence[float], draws: Draws, weight: Array) -> list[Exceedance]:
+    """Give the probabilities of the outputs of an emulator to be above each of some levels.
 
     ``p = mean over draws of Phi((mean - level) / deviation)``, moved by what is systematic of the offset of
     the runs from their predictions: at a jump an emulator is off alike for many runs. Its variance is that
-    over paths of the emulator, times the calibration of the score, and the Brier score over the number of
-    runs.
+    over paths of the emulator, times the calibration of the score, the Brier score over the number of
+    runs, and that of the number of draws. An output that all runs agree on is above a level or it is not.
 
     Parameters
     ----------
     levels : Levels
         The emulator.
-    level : float
-        Threshold of its outputs.
+    asked : sequence of float
+        Thresholds of its outputs.
     draws : Draws
-        What the probability is over.
+        What the probabilities are over.
     weight : array, shape (n,)
         Share of each run of the coarsest level, their sum is 1.
     """
-    coarse = levels.outputs[0]
-    score = exceedance_score(coarse > level, *levels.leave_one_out(), level, weight)
-    runs = 1 / float(weight @ weight)
-    count = coarse.shape[1]
-    found = {name: np.zeros(count) for name in ("probability", "coarse", "spread", "variance")}
-    few, few_share = draws.at[draws.first], draws.share_of_first
-    share = draws.share.astype(np.float32)
-    at_first, at_all = Predictor(levels.parts, few, single=True), None
-    paths = scaled_paths(levels.parts, few, PATHS)
-    for start in range(0, count, OUTPUTS_AT_ONCE):
+    predicted, few = levels.leave_one_out(), draws.few
+    found = [
+        _Sums(level, exceedance_score(levels.outputs[0], *predicted, level, weight), levels)
+        for level in asked
+    ]
+    at_first, at_all = (Predictor(levels.parts, each.at, single=True) for each in (few, draws))
+    paths = np.stack(scaled_paths(levels.parts, few.at, PATHS)).astype(SINGLE)
+    for start in range(0, levels.outputs[0].shape[1], OUTPUTS_AT_ONCE):
         block = levels.of(slice(start, start + OUTPUTS_AT_ONCE))
-        mean, deviation = at_first(block)
-        rough = few_share @ normal((mean - level) / deviation)
-        some = np.flatnonzero((rough > CERTAIN) & (rough < 1 - CERTAIN))
-        at = slice(start, start + len(rough))
-        found["probability"][at] = rough
-        if len(levels.parts) > 1:
-            rough = few_share @ _probability(at_first, block, level, only_coarsest=True)
-        found["coarse"][at] = rough
-        if some.size:
-            at_all = at_all or Predictor(levels.parts, draws.at, single=True)
-            part, rows = block.of(some), start + some
-            each = _probability(at_all, part, level)
-            found["probability"][rows] = share @ each
-            found["spread"][rows] = found["probability"][rows] - share @ np.square(each)
-            if len(levels.parts) > 1:
-                each = _probability(at_all, part, level, only_coarsest=True)
-            found["coarse"][rows] = share @ each
-            found["variance"][rows] = _over_paths(part, mean[:, some] - level, paths, few_share)
-    unsharp = np.maximum(score.brier, score.calibration * found["spread"])
-    variance = score.calibration * found["variance"] + unsharp / runs
-    move = score.systematic * score.offset
-    fine, rough = (np.clip(found[name] + move, 0.0, 1.0) for name in ("probability", "coarse"))
-    return Exceedance(fine, rough, variance, score, len(levels.parts))
+        means = at_first.means(block)
+        uncertain = [each.roughly(start, at_first, few, block, means) for each in found]
+        some = np.flatnonzero(np.any(uncertain, axis=0))
+        if not some.size:
+            continue
+        part = block.of(some)
+        whole, of_paths = at_all.means(part), np.ascontiguousarray(means[-1][:, some].T)
+        for each, open_ended in zip(found, uncertain, strict=True):
+            each.fully(start + some, open_ended[some], at_all, draws, part, whole)
+            each.over_paths(start + some, open_ended[some], part, of_paths, paths, few)
+    return [each.exceedance(levels, 1 / float(weight @ weight)) for each in found]
 
 
-def _probability(
-    at: Predictor, levels: Levels, level: float, only_coarsest: bool = False
-) -> NDArray[np.float32]:
-    mean, deviation = at(levels, only_coarsest)
-    mean -= level
-    mean /= deviation
-    return normal(mean)
-
-
-def _over_paths(levels: Levels, above: Array, paths: list[Array], share: Array) -> Array:
-    """Variance over paths of the share of draws above 0, (c,), of outputs with means ``above``, (m, c)."""
-    found, single = np.empty(above.shape[1]), [path.astype(np.float32) for path in paths]
-    for start in range(0, len(found), PATHS_AT_ONCE):
-        part = slice(start, start + PATHS_AT_ONCE)
-        roots = [np.sqrt(scale[part]).astype(np.float32) for scale in levels.scales]
-        whole = roots[0][:, None, None] * single[0]
-        for root, path in zip(roots[1:], single[1:], strict=True):
-            whole += root[:, None, None] * path
-        exceeds = (whole > -above[:, part].T[:, :, None]).astype(np.float32)
-        found[part] = (share.astype(np.float32) @ exceeds).var(axis=1, ddof=1)
-    return found
-
-
-def normal(deviations: NDArray[np.floating]) -> NDArray[np.float32]:
-    """Give the share of a normal distribution below numbers of deviations, of single precision.
-
-    It is off by at most 4e-5, to either side alike, so that means over draws are not; and it takes an eighth
-    of the time of the function itself.
+class _Sums:
+    """What is added up of one level, over all outputs.
 
     Parameters
     ----------
-    deviations : array
-        Overwritten where it is of single precision.
+    level : float
+        The level.
+    score : ExceedanceScore
+        Of it.
+    levels : Levels
+        The emulator of all outputs.
     """
-    place = np.asarray(deviations, np.float32)
-    place *= _SCALE
-    place += _MIDDLE
-    np.clip(place, 0, ENTRIES - 1, out=place)
-    found: NDArray[np.float32] = _TABLE[place.astype(np.uint16)]
-    return found
+
+    def __init__(self, level: float, score: ExceedanceScore, levels: Levels) -> None:
+        self.level, self.score, self.several = level, score, len(levels.parts) > 1
+        count = levels.outputs[0].shape[1]
+        self.probability, self.coarse, self.spread, self.variance = np.zeros((4, count))
+
+    def roughly(
+        self, start: int, at: Predictor, few: Draws, block: Levels, means: Array
+    ) -> NDArray[np.bool_]:
+        """Take the few draws for a block of outputs, and say which are not certain by them, (c,)."""
+        rough = _above(at, few, block, means, self.level)[0]
+        rows = slice(start, start + len(rough))
+        self.probability[rows] = self.coarse[rows] = rough
+        if self.several:
+            self.coarse[rows] = _above(at, few, block, means[:1], self.level)[0]
+        uncertain: NDArray[np.bool_] = (rough > CERTAIN) & (rough < 1 - CERTAIN)
+        return uncertain
+
+    def fully(
+        self, rows: Rows, some: NDArray[np.bool_], at: Predictor, draws: Draws, part: Levels, means: Array
+    ) -> None:
+        """Take all draws for some of the outputs in rows."""
+        share, spread, of_draws = (each[some] for each in _above(at, draws, part, means, self.level))
+        rows = rows[some]
+        self.probability[rows] = self.coarse[rows] = share
+        self.spread[rows], self.variance[rows] = spread, of_draws
+        if self.several:
+            self.coarse[rows] = _above(at, draws, part, means[:1], self.level)[0][some]
+
+    def over_paths(
+        self, rows: Rows, some: NDArray[np.bool_], part: Levels, means: Floats, paths: Floats, few: Draws
+    ) -> None:
+        """Add the variance over paths for some of the outputs in rows, whose means are of shape (c, m)."""
+        found, held = np.empty(int(some.sum())), np.empty((2, PATHS), SINGLE)
+        roots = np.sqrt(np.stack(part.scales)[:, some]).astype(SINGLE)
+        share = few.share.astype(SINGLE)
+        level = SINGLE.type(self.level)
+        variance_over_paths(means[some], level, roots, paths, share, held[0], held[1], found)
+        self.variance[rows[some]] += self.score.calibration * found
+
+    def exceedance(self, levels: Levels, runs: float) -> Exceedance:
+        """Put the sums together; runs : how many equally weighted ones say as much."""
+        score, alike = self.score, levels.alike
+        for probability, of in ((self.probability, levels), (self.coarse, levels.coarsest())):
+            probability[alike] = of.of_first[alike] > self.level
+        unsharp = np.maximum(score.brier, score.calibration * self.spread)
+        variance = np.where(alike, 0.0, self.variance + unsharp / runs)
+        move = score.systematic * score.offset
+        fine, coarse = (np.clip(each + move, 0.0, 1.0) for each in (self.probability, self.coarse))
+        return Exceedance(fine, coarse, variance, score, len(levels.parts))
+
+
+def _above(
+    at: Predictor, draws: Draws, levels: Levels, means: Array, level: float
+) -> tuple[Array, Array, Array]:
+    """Share of the draws above a level, (c,), how unsure they are and the variance of so many draws.
+
+    means : shape (parts, m, c), the coarsest level first and what each finer one makes of it.
+    """
+    parts, _, outputs = means.shape
+    found, square = np.zeros((draws.blocks, outputs)), np.zeros(outputs)
+    scales = np.stack(levels.scales[:parts]).astype(SINGLE)
+    shares_above(
+        means[-1], SINGLE.type(level), at.variances[:parts], scales, draws.share.astype(SINGLE),
+        draws.block, NORMAL[SINGLE], np.empty(outputs, SINGLE), found, square,
+    )  # fmt: skip
+    share = found.sum(axis=0)
+    return share, share - square, variance_of_draws(found)

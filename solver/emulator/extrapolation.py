@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt, maximum_filter
 from scipy.optimize import linprog
 
-from solver.emulator.exceedance import normal
 from solver.emulator.kriging import LEAST_KNOWN, centred
 from solver.emulator.levels import Draws, Levels, Predictor
+from solver.emulator.mixtures import below
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
@@ -132,7 +132,7 @@ def _share(levels: Levels, level: float, past: Beyond) -> Array:
     count = levels.outputs[0].shape[1]
     for start in range(0, count, OUTPUTS_AT_ONCE):
         mean, deviation = at(levels.of(slice(start, start + OUTPUTS_AT_ONCE)))
-        found.append(normal((mean - level) / deviation).mean(axis=0))
+        found.append(below((mean - np.float32(level)) / deviation).mean(axis=0))
     return np.concatenate(found).astype(np.float64)
 
 

@@ -9,8 +9,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.emulator.grids import interpolated
-from solver.emulator.latent import WET, Latent, candidates
+from solver.emulator.latent import WET, Latent, candidates, wet
 from solver.emulator.levels import Levels, fit_levels
 from solver.emulator.scores import ExceedanceScore, ScalarScore, exceedance_score, scalar_score
 
@@ -108,13 +107,15 @@ def choose(
     wanted = [threshold for threshold in thresholds if threshold >= WET * size]
     last, near = runs[-1], None
     near_places: dict[str, Levels] = {}
+    covered = [wet(each.values, _spacing(each), size) for each in runs] if wanted else []
+    at_last = [
+        fields.interpolated((each.y, each.x), (last.y, last.x)) if mapped else fields
+        for fields, each in zip(covered, runs, strict=bool(wanted))
+    ]
     for latent in candidates(size) if wanted else ():
-        held = [latent.of(each.values, _spacing(each)) for each in runs]
+        held = [each.continued(latent) for each in covered]
         if mapped:
-            on_map = [
-                interpolated(fields, (each.y, each.x), (last.y, last.x)).reshape(len(fields), -1)
-                for fields, each in zip(held, runs, strict=True)
-            ]
+            on_map = [each.continued(latent).reshape(len(each.values), -1) for each in at_last]
             near = _fitted(runs, on_map, near)
             _keep(maps, near, latent, {threshold: threshold for threshold in wanted}, weight)
         for name in last.places:
@@ -152,7 +153,7 @@ def _keep(
     values = levels.outputs[0]
     for threshold, key in keys.items():
         level = latent.level(threshold)
-        score = exceedance_score(values > level, mean, deviation, level, weight)
+        score = exceedance_score(values, mean, deviation, level, weight)
         if key not in best or _rated(score, latent) < _rated(best[key].score, best[key].latent):
             single = values.shape[1] == 1
             of_values = scalar_score(values[:, 0], mean[:, 0], deviation[:, 0]) if single else None

@@ -19,7 +19,8 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve, cholesky
+from scipy.linalg import cholesky, solve_triangular
+from scipy.linalg.lapack import dpotri
 from scipy.optimize import minimize
 
 from solver.emulator.correlation import matern, matern_slopes
@@ -27,7 +28,8 @@ from solver.emulator.correlation import matern, matern_slopes
 Array = NDArray[np.float64]
 Trend = Literal["constant", "linear"]
 
-# outputs that the correlation is fitted to
+# outputs that are predicted at once, and that the correlation is fitted to
+OUTPUTS_AT_ONCE = 500
 MOST_FITTED = 150
 # of scaled inputs, and of the variance of an output
 LENGTHS, NUGGETS = (0.05, 20.0), (1e-6, 1.0)
@@ -77,8 +79,7 @@ class Kriging:
     def _inverse(self) -> Array:
         """Inverse of the correlation of the runs, shape (n, n)."""
         whole = matern(self.inputs, self.inputs, self.lengths) + self.nugget * np.eye(len(self.inputs))
-        found: Array = cho_solve(cho_factor(whole, lower=True), np.eye(len(whole)))
-        return found
+        return _inverse_by(cholesky(whole, lower=True))
 
     @cached_property
     def _trend(self) -> tuple[Array, Array]:
@@ -154,12 +155,15 @@ class Kriging:
         held = np.diag(self.precision)[:, None].copy()
         alone = held[:, 0] < LEAST_KNOWN * np.diag(self._inverse)
         held[alone] = 1.0
-        moved = centred(outputs)
-        residual = self.precision @ moved
-        error = residual / held
-        without = np.einsum("ic,ic->c", moved, residual) - residual * error
-        variance = np.maximum(without / (self.free - 1), LEAST_VARIANCE) / held
-        mean, deviation = outputs - error, np.sqrt(variance)
+        mean, deviation = np.empty(outputs.shape), np.empty(outputs.shape)
+        for start in range(0, outputs.shape[1], OUTPUTS_AT_ONCE):
+            part = slice(start, start + OUTPUTS_AT_ONCE)
+            moved = centred(outputs[:, part])
+            residual = self.precision @ moved
+            error = residual / held
+            without = np.einsum("ic,ic->c", moved, residual) - residual * error
+            variance = np.maximum(without / (self.free - 1), LEAST_VARIANCE) / held
+            mean[:, part], deviation[:, part] = outputs[:, part] - error, np.sqrt(variance)
         for run in np.flatnonzero(alone):
             others = np.delete(outputs, run, axis=0)
             mean[run] = others.mean(axis=0)
@@ -251,9 +255,11 @@ def fit(inputs: Array, outputs: Array, trend: Trend = "linear", start: Kriging |
 def centred(outputs: Array) -> Array:
     """Give outputs less their mean over the runs, shape (n, c): a trend takes it up, and round-off is less.
 
-    Coordinates of millions of m that differ by some m would lose all digits of their variance.
+    Coordinates of millions of m that differ by some m would lose all digits of their variance. Outputs that
+    all runs agree on become exactly 0.
     """
-    found: Array = outputs - outputs.mean(axis=0)
+    found: Array = outputs - outputs[0]
+    found -= found.mean(axis=0)
     return found
 
 
@@ -266,17 +272,32 @@ def independent(inputs: Array) -> bool:
 def _misfit(logs: Array, inputs: Array, outputs: Array, trend: Trend) -> tuple[float, Array]:
     """Negative logarithm of the integrated likelihood and the priors, and its gradient."""
     lengths, nugget = np.exp(logs[:-1]), float(np.exp(logs[-1]))
-    tried = Kriging(inputs, lengths, nugget, trend)
-    basis, precision, inverse = tried.basis(inputs), tried.precision, tried._inverse
+    whole, factors = matern_slopes(inputs, lengths)
+    kriging = Kriging(inputs, lengths, nugget, trend)
+    basis, free = kriging.basis(inputs), kriging.free
+    root = cholesky(whole + nugget * np.eye(len(whole)), lower=True, check_finite=False)
+    inverse = _inverse_by(root)
+    weighted = inverse @ basis
+    root_of_trend = cholesky(basis.T @ weighted, lower=True, check_finite=False)
+    known = solve_triangular(root_of_trend, weighted.T, lower=True, check_finite=False)
+    precision = inverse - known.T @ known
     residual = precision @ outputs
     held = np.maximum(np.einsum("ic,ic->c", outputs, residual), 1e-12)
-    value = -0.5 * np.linalg.slogdet(inverse)[1] + 0.5 * np.linalg.slogdet(basis.T @ inverse @ basis)[1]
-    value += 0.5 * tried.free * float(np.mean(np.log(held)))
+    value = float(np.log(np.diag(root)).sum() + np.log(np.diag(root_of_trend)).sum())
+    value += 0.5 * free * float(np.mean(np.log(held)))
     # of half the logarithm of both determinants, and of the mean logarithm of the sums of squares
-    slope = 0.5 * precision - 0.5 * tried.free * (residual / held) @ residual.T / outputs.shape[1]
-    gradient = [float(np.sum(slope * change)) for change in matern_slopes(inputs, lengths)]
-    gradient.append(nugget * float(np.trace(slope)))
+    slope = 0.5 * precision - 0.5 * free * (residual / held) @ residual.T / outputs.shape[1]
+    by_length = factors.reshape(len(lengths), -1) @ (slope * whole).ravel()
+    gradient = np.append(by_length, nugget * np.trace(slope))
     medians = np.log([PRIOR_LENGTH[0]] * len(lengths) + [PRIOR_NUGGET[0]])
     deviations = np.array([PRIOR_LENGTH[1]] * len(lengths) + [PRIOR_NUGGET[1]])
     offset = (logs - medians) / deviations
-    return value + 0.5 * float(offset @ offset), np.array(gradient) + offset / deviations
+    return value + 0.5 * float(offset @ offset), gradient + offset / deviations
+
+
+def _inverse_by(root: Array) -> Array:
+    """Inverse of a symmetric matrix by its lower root, shape (n, n)."""
+    found, _ = dpotri(root, lower=1)
+    lower: Array = np.tril(found)
+    whole: Array = lower + np.tril(lower, -1).T
+    return whole

@@ -16,6 +16,8 @@ Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
 # of scaled inputs, below which places are one
 SAME = 1e-9
+# of draws, from which the error of their number is told
+BLOCKS = 16
 
 
 @dataclass(frozen=True)
@@ -43,6 +45,18 @@ class Levels:
     def scales(self) -> tuple[Array, ...]:
         """Variance of each output's process, part by part, shape (c,) each."""
         return tuple(part.scale(held) for part, held in zip(self.parts, self.outputs, strict=True))
+
+    @property
+    def alike(self) -> NDArray[np.bool_]:
+        """Outputs, (c,), that all runs of each level agree on."""
+        found: NDArray[np.bool_] = np.all([(held == held[0]).all(axis=0) for held in self.outputs], axis=0)
+        return found
+
+    @property
+    def of_first(self) -> Array:
+        """Outputs, (c,), as the first runs of the levels have them."""
+        found: Array = np.sum([held[0] for held in self.outputs], axis=0)
+        return found
 
     def coarsest(self) -> Levels:
         """Give the emulator of the coarsest level alone."""
@@ -123,12 +137,43 @@ class Draws:
         Positions of the few draws that paths are drawn at.
     share_of_first : array
         Share of each of these, their sum 1.
+    block : Rows
+        Block of draws that each is in, (m,), from 0; every block is even by itself.
     """
 
     at: Array
     share: Array
     first: Rows
     share_of_first: Array
+    block: Rows
+
+    @property
+    def blocks(self) -> int:
+        """How many blocks there are."""
+        return int(self.block.max()) + 1
+
+    @property
+    def few(self) -> Draws:
+        """The few draws that paths are drawn at, all of one block."""
+        every = np.arange(len(self.first))
+        return Draws(self.at[self.first], self.share_of_first, every, self.share_of_first, 0 * every)
+
+    def variance(self, values: Array) -> float:
+        """Variance of a mean over the draws of values, (m,), that comes of their number."""
+        of_blocks: Array = np.bincount(self.block, self.share * values, self.blocks).astype(np.float64)
+        return float(variance_of_draws(of_blocks))
+
+
+def variance_of_draws(of_blocks: Array) -> Array:
+    """Variance of the sum over blocks of draws, shape (...), from what each adds to it, shape (blocks, ...).
+
+    Blocks of an even design make up for each other, so that it is rather too large. One block tells nothing.
+    """
+    blocks = len(of_blocks)
+    if blocks == 1:
+        return np.zeros(of_blocks.shape[1:])
+    found: Array = blocks * of_blocks.var(axis=0, ddof=1)
+    return found
 
 
 def draws(groups: Sequence[Array], shares: Sequence[float], most_paths: int) -> Draws:
@@ -151,6 +196,7 @@ def draws(groups: Sequence[Array], shares: Sequence[float], most_paths: int) -> 
         np.repeat(np.divide(shares, sizes), sizes),
         np.concatenate([start + np.arange(count) for start, count in zip(starts, few, strict=True)]),
         np.repeat(np.divide(shares, few), few),
+        np.concatenate([np.arange(size) * min(BLOCKS, *sizes, size) // size for size in sizes]),
     )
 
 
@@ -158,26 +204,37 @@ class Predictor:
     """Predictions of an emulator at places, whose weights are computed once for all outputs.
 
     In single precision they are several times faster, and good to some millionths of a probability.
+
+    Attributes
+    ----------
+    variances : array, shape (parts, m)
+        At the places, relative to those of the outputs' processes.
     """
 
     def __init__(self, parts: Sequence[Kriging], at: Array, *, single: bool = False) -> None:
         self._kind = np.float32 if single else np.float64
         held = [part.predictor(at) for part in parts]
         self._weights = [weights.astype(self._kind) for weights, _ in held]
-        self._variances = [variance[:, None].astype(self._kind) for _, variance in held]
+        self.variances = np.stack([variance for _, variance in held]).astype(self._kind)
+
+    def means(self, levels: Levels) -> Array:
+        """Mean of outputs on each level, the coarsest first, shape (parts, m, c)."""
+        shape = len(levels.parts), len(self._weights[0]), levels.outputs[0].shape[1]
+        found = np.empty(shape, self._kind)
+        for i, (weights, held) in enumerate(zip(self._weights, levels.outputs, strict=False)):
+            np.matmul(weights, centred(held).astype(self._kind), out=found[i])
+            # weights add up to 1
+            found[i] += held.mean(axis=0).astype(self._kind)
+            if i:
+                found[i] += found[i - 1]
+        return found
 
     def __call__(self, levels: Levels, only_coarsest: bool = False) -> tuple[Array, Array]:
         """Mean and standard deviation of outputs, shape (m, c)."""
-        count = 1 if only_coarsest else len(levels.parts)
-        # weights add up to 1
-        around = sum(levels.outputs[i].mean(axis=0) for i in range(count))
-        mean = self._weights[0] @ centred(levels.outputs[0]).astype(self._kind)
-        variance = self._variances[0] * levels.scales[0].astype(self._kind)
-        for i in range(1, count):
-            mean += self._weights[i] @ centred(levels.outputs[i]).astype(self._kind)
-            variance += self._variances[i] * levels.scales[i].astype(self._kind)
-        mean += np.asarray(around, self._kind)
-        return mean, np.sqrt(variance)
+        levels = levels.coarsest() if only_coarsest else levels
+        parts = zip(self.variances, levels.scales, strict=False)
+        variance = sum(at[:, None] * scale.astype(self._kind) for at, scale in parts)
+        return self.means(levels)[-1], np.sqrt(variance)
 
 
 def scaled_paths(parts: Sequence[Kriging], at: Array, count: int, seed: int = 0) -> list[Array]:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
-from scipy.special import ndtr
 
 from solver.emulator.exceedance import PATHS
 from solver.emulator.levels import Draws, Levels, Predictor, scaled_paths
+from solver.emulator.mixtures import below
 from solver.emulator.scores import TWO_SIDED, exceedance_score
 
 Array = NDArray[np.float64]
@@ -27,7 +28,7 @@ class Quantile:
     value : float
         On the finest level.
     lower, upper : float
-        95 % interval of what few runs leave open.
+        95 % interval of what few runs, and so many draws, leave open.
     coarse : float
         On the coarsest level.
     """
@@ -38,43 +39,43 @@ class Quantile:
     coarse: float
 
 
-def quantile(levels: Levels, share: float, draws: Draws, weight: Array) -> Quantile:
-    """Give the value that an output keeps to with a probability.
+def quantiles_of(levels: Levels, shares: Sequence[float], draws: Draws, weight: Array) -> list[Quantile]:
+    """Give the values that an output keeps to with given probabilities.
 
-    Its interval is that between the quantiles of the probabilities that the share may be, by the variance of
-    the probability to be above the value, as `emulator.exceedance` has it.
+    An interval is that between the quantiles of the probabilities that the share may be, by the variance of
+    the probability to be above the value, as `emulator.exceedance` has it: of few runs, and of so many draws.
 
     Parameters
     ----------
     levels : Levels
         Emulator of one output.
-    share : float
-        Probability, between 0 and 1.
+    shares : sequence of float
+        Probabilities, between 0 and 1.
     draws : Draws
-        What it is over.
+        What they are over.
     weight : array, shape (n,)
         Share of each run of the coarsest level, their sum is 1.
     """
     at = Predictor(levels.parts, draws.at)
     mean, deviation = (held[:, 0] for held in at(levels))
-    value = _solve(mean, deviation, draws.share, share)
-    score = exceedance_score(levels.outputs[0] > value, *levels.leave_one_out(), value, weight)
-    each = ndtr((mean - value) / deviation)
-    unsharp = max(float(score.brier[0]), score.calibration * float(draws.share @ (each * (1 - each))))
-    paths = scaled_paths(levels.parts, draws.at[draws.first], PATHS)
+    coarse = [held[:, 0] for held in at(levels, only_coarsest=True)]
+    paths = scaled_paths(levels.parts, draws.few.at, PATHS)
     whole = sum(np.sqrt(scale[0]) * path for scale, path in zip(levels.scales, paths, strict=True))
-    exceeds = mean[draws.first, None] + whole > value
-    over_paths = float((draws.share_of_first @ exceeds).var(ddof=1))
-    half = TWO_SIDED * np.sqrt(score.calibration * over_paths + unsharp * float(weight @ weight))
-    least = 1e-6
-    low, high = (float(np.clip(share + sign * half, least, 1 - least)) for sign in (-1, 1))
-    mean_coarse, deviation_coarse = (held[:, 0] for held in at(levels, only_coarsest=True))
-    return Quantile(
-        value,
-        _solve(mean, deviation, draws.share, low),
-        _solve(mean, deviation, draws.share, high),
-        _solve(mean_coarse, deviation_coarse, draws.share, share),
-    )
+    predicted = levels.leave_one_out()
+    found = []
+    for share in shares:
+        value = _solve(mean, deviation, draws.share, share)
+        score = exceedance_score(levels.outputs[0], *predicted, value, weight)
+        each = np.asarray(below((mean - value) / deviation), np.float64)
+        unsharp = max(float(score.brier[0]), score.calibration * float(draws.share @ (each * (1 - each))))
+        exceeds = mean[draws.first, None] + whole > value
+        over_paths = float((draws.share_of_first @ exceeds).var(ddof=1))
+        variance = score.calibration * over_paths + unsharp * float(weight @ weight) + draws.variance(each)
+        half, least = TWO_SIDED * np.sqrt(variance), 1e-6
+        low, high = (float(np.clip(share + sign * half, least, 1 - least)) for sign in (-1, 1))
+        lower, upper = (_solve(mean, deviation, draws.share, end) for end in (low, high))
+        found.append(Quantile(value, lower, upper, _solve(coarse[0], coarse[1], draws.share, share)))
+    return found
 
 
 def _solve(mean: Array, deviation: Array, weight: Array, share: float) -> float:
@@ -82,6 +83,6 @@ def _solve(mean: Array, deviation: Array, weight: Array, share: float) -> float:
     low, high = (mean - BEYOND * deviation).min(), (mean + BEYOND * deviation).max()
 
     def over(value: float) -> float:
-        return float(weight @ ndtr((value - mean) / deviation)) - share
+        return float(weight @ below((value - mean) / deviation)) - share
 
     return float(brentq(over, low, high, xtol=1e-9 * max(high - low, 1e-12)))

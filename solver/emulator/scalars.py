@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from solver.emulator.exceedance import ALLOWANCE
 from solver.emulator.levels import Draws, Levels, Predictor, fit_levels
-from solver.emulator.quantiles import quantile
+from solver.emulator.quantiles import quantiles_of
 from solver.emulator.scores import ScalarScore, scalar_score
 
 Array = NDArray[np.float64]
@@ -91,7 +91,7 @@ def quantiles(scalar: Scalar, shares: Sequence[float], draws: Draws, weight: Arr
     weight : array, shape (n,)
         Share of each run of the coarsest level, their sum is 1.
     """
-    found = [quantile(scalar.levels, share, draws, weight) for share in shares]
+    found = quantiles_of(scalar.levels, shares, draws, weight)
     ends = [np.array([getattr(each, end) for each in found]) for end in ("value", "lower", "upper", "coarse")]
     value, lower, upper, coarse = (np.exp(end) if scalar.logarithm else end for end in ends)
     change = np.abs(value - coarse)

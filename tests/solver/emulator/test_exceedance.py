@@ -4,10 +4,11 @@ from known_maps import X, Y, depths, places
 from scipy.special import ndtr, ndtri
 
 from solver.emulator import support
-from solver.emulator.exceedance import exceedance, normal
+from solver.emulator.exceedance import exceedance, exceedances
 from solver.emulator.fields import FieldLevel, choose
 from solver.emulator.latent import WET, Latent
-from solver.emulator.levels import draws, fit_levels
+from solver.emulator.levels import Predictor, draws, fit_levels
+from solver.emulator.mixtures import below, variance_over_paths
 from solver.emulator.scores import exceedance_score
 
 THRESHOLDS = (0.25, 0.5, 1.0)
@@ -196,16 +197,75 @@ def test_only_what_is_off_alike_over_runs_and_outputs_is_systematic():
     assert alone.systematic == 0
 
 
-def test_the_table_is_the_normal_distribution_to_its_step_and_means_are_not_moved():
-    deviations = np.random.default_rng(0).normal(0.7, 3, 100_000).astype(np.float32)
-    known = ndtr(deviations.astype(np.float64))
-    found = normal(deviations.copy())
-    assert np.abs(found - known).max() < 4e-5
-    assert found.astype(np.float64).mean() == pytest.approx(known.mean(), abs=3e-7)
+@pytest.mark.parametrize(("kind", "close"), [(np.float32, 1.2e-7), (np.float64, 2e-11)])
+def test_the_table_is_the_normal_distribution_to_its_precision(kind, close):
+    deviations = np.random.default_rng(0).normal(0.7, 1.5, 100_000).clip(-5.99, 5.99).astype(kind)
+    found = below(deviations)
+    assert found.dtype == kind
+    assert np.abs(found - ndtr(deviations.astype(np.float64))).max() < close
 
 
 def test_far_away_it_is_nothing_or_all():
-    assert normal(np.array([-1e9, -7, 0, 7, 1e9], np.float32)) == pytest.approx([0, 0, 0.5, 1, 1], abs=4e-5)
+    found = below(np.array([-1e9, -7, 0, 7, 1e9], np.float32))
+    assert found == pytest.approx([0, 0, 0.5, 1, 1], abs=2e-9)
+
+
+def test_thresholds_taken_together_are_those_one_by_one(found):
+    at, weight = places(64), np.full(64, 1 / 64)
+    maps, _ = choose([level(at)], THRESHOLDS, weight)
+    over, emulator = draws([places(4096, seed=9)], [1.0], 512), maps[0.5].levels
+    together = exceedances(emulator, THRESHOLDS, over, weight)
+    for threshold, one in zip(THRESHOLDS, together, strict=True):
+        alone = exceedance(emulator, threshold, over, weight)
+        for name in ("probability", "coarse", "variance"):
+            assert getattr(one, name) == pytest.approx(getattr(alone, name), abs=1e-6)
+
+
+def test_the_variance_over_paths_is_that_of_their_shares():
+    rng = np.random.default_rng(0)
+    mean, share = rng.normal(0, 1, (3, 40)).astype(np.float32), np.full(40, 1 / 40, np.float32)
+    roots, paths = rng.uniform(0.5, 1, (2, 3)).astype(np.float32), rng.normal(0, 1, (2, 40, 30))
+    found, held = np.empty(3), np.empty((2, 30), np.float32)
+    paths = paths.astype(np.float32)
+    variance_over_paths(mean, np.float32(0.3), roots, paths, share, held[0], held[1], found)
+    whole = mean[:, :, None] + np.einsum("pc,pmk->cmk", roots, paths)
+    assert found == pytest.approx((whole > 0.3).mean(axis=1).var(axis=1, ddof=1), rel=1e-5)
+
+
+@pytest.mark.parametrize("value", [0.5, 0.1, np.nextafter(np.float32(0.5), np.float32(1))])
+@pytest.mark.parametrize("fine", [False, True])
+def test_what_all_runs_agree_on_is_above_a_threshold_or_it_is_not(value, fine):
+    # as the share of the runs has it: a value at the threshold does not exceed it
+    threshold, at = (0.1 if value == 0.1 else 0.5), places(64)[:60]
+    held = depths(at).astype(np.float32)
+    held[:, 3, 4] = value
+    runs = [FieldLevel(at, held, Y, X, {}), FieldLevel(at[:8], held[:8], Y, X, {}, np.arange(8))]
+    weight = np.full(60, 1 / 60)
+    each = choose(runs[: 1 + fine], (threshold,), weight)[0][threshold]
+    one = exceedance(each.levels, each.level, draws([places(4096, seed=9)], [1.0], 512), weight)
+    cell, plain = 3 * len(X) + 4, float((held[:, 3, 4] > threshold).mean())
+    assert plain == (value > 0.5)
+    assert one.probability[cell] == one.coarse[cell] == plain
+    assert one.sampling[cell] == 0
+
+
+def test_few_draws_leave_more_open_than_many():
+    at, weight = places(64), np.full(64, 1 / 64)
+    each = choose([level(at)], (0.5,), weight)[0][0.5]
+    known = exceedance(each.levels, each.level, draws([places(1 << 14, seed=3)], [1.0], 512), weight)
+    open_ended = (known.probability > 0.01) & (known.probability < 0.99)
+    said = []
+    for count in (64, 1024):
+        over = draws([places(count, seed=9)], [1.0], 512)
+        mean, deviation = Predictor(each.levels.parts, over.at)(each.levels)
+        of_draws = ndtr((mean - each.level) / deviation)
+        half = np.sqrt([over.variance(column) for column in of_draws.T[open_ended]])
+        off = (over.share @ of_draws - known.probability)[open_ended]
+        off += (known.score.systematic * known.score.offset)[open_ended]
+        # even draws are nearer than independent blocks of them
+        assert np.sqrt(np.mean(off**2)) < np.sqrt(np.mean(half**2))
+        said.append(float(half.mean()))
+    assert said[0] > 4 * said[1]
 
 
 def test_what_no_number_can_come_of_is_refused():
