@@ -11,14 +11,18 @@ from pipeline.assess.observed import Observed
 from pipeline.assess.tables import behind
 from pipeline.emulation.errors import NotEmulatedError
 from pipeline.emulation.sampled import Sampled
+from pipeline.hazard.discretisation import ONE_SPACING
 from pipeline.store.variables import STATUS, Status
 from solver.emulator import support
+from solver.emulator.levels import Draws
 from solver.emulator.outline import measures, moved
 from solver.emulator.posterior import LEAST_EFFECTIVE, Measured, Posterior
-from solver.emulator.scalars import Scalar, fit_scalar
+from solver.emulator.scalars import Scalar, allowance, fit_scalar
 
 Array = NDArray[np.float64]
+Rows = NDArray[np.intp]
 SHARES = (0.05, 0.5, 0.95)
+ENDS = tuple(f"q{100 * share:02.0f}" for share in SHARES)
 # over few measures a posterior says more than is known
 LEAST_MEASURES = 2
 # root mean square of deviations of the best draw, above which the model cannot give what was observed
@@ -30,8 +34,9 @@ def posterior_table(
 ) -> pd.DataFrame:
     """Table quantiles of each sampled parameter before and after an observation.
 
-    Runs of the coarsest level that came to rest are measured: area, centre, spread, ends and width of their
-    deposits. Each measure that leave-one-out supports is emulated and compared.
+    Runs that came to rest are measured: area, centre, spread, ends and width of their deposits. Each measure
+    that leave-one-out supports is emulated, on the closest spacing where there are levels, and compared. What
+    changes from the widest spacing to it is the ``_discretisation`` of each quantile.
 
     Parameters
     ----------
@@ -79,7 +84,10 @@ def posterior_table(
         raise NotEmulatedError(
             f"{found.effective:.0f} effective draws agree with the observation, fewer than {LEAST_EFFECTIVE}"
         )
-    return pd.DataFrame(_rows(runs, store, drawn.at, drawn.share, found.share, used, found.effective))
+    coarse = None
+    if any(len(each.levels.parts) > 1 for each in scalars.values()):
+        coarse = Measured([each.coarsest() for each in scalars.values()], drawn).posterior(values, shifts)
+    return pd.DataFrame(_rows(runs, drawn, found, coarse, used))
 
 
 def emulated_measures(runs: Sampled, threshold: float) -> dict[str, Scalar]:
@@ -90,48 +98,65 @@ def emulated_measures(runs: Sampled, threshold: float) -> dict[str, Scalar]:
     NotEmulatedError
         If too few runs came to rest.
     """
-    store = runs.stores[0]
-    states = [Status(int(state)) for state in store[STATUS.name].to_numpy()]
-    rows = np.array(
-        [row for row in runs.usable[0][runs.usable[0] < runs.counted] if not states[row].is_cut_off], np.intp
-    )
-    inputs = runs.inputs.of(store)
-    if few := support.of_runs(len(rows), inputs.shape[1]):
+    rows = [_at_rest(runs, level) for level in range(len(runs.stores))]
+    inputs = [runs.inputs.of(store)[some] for store, some in zip(runs.stores, rows, strict=True)]
+    if few := support.of_runs(len(rows[0]), inputs[0].shape[1]):
         raise NotEmulatedError(f"{few} that came to rest")
-    if alike := support.of_places(inputs[rows]):
+    if alike := support.of_places(inputs[0]):
         raise NotEmulatedError(f"{alike}, of those that came to rest")
-    deposits = store["deposit_depth"].isel(run=rows).transpose("run", "y", "x").to_numpy() > threshold
+    for level in range(1, len(rows)):
+        before = runs.root_rows(level - 1, rows[level - 1])
+        known = np.isin(runs.root_rows(level, rows[level]), before)
+        rows[level], inputs[level] = rows[level][known], inputs[level][known]
+    while len(rows) > 1 and not support.of_pairs(len(rows[-1]))[0]:
+        rows.pop()
+    held = [_measured(store, some, threshold) for store, some in zip(runs.stores, rows, strict=False)]
     found = {}
-    for name, values in measures(deposits, store["y"].to_numpy(), store["x"].to_numpy()).items():
+    for name, first in held[0].items():
+        values = [each[name] for each in held]
         # what does not vary but for round-off says nothing
-        if np.isnan(values).any() or np.ptp(values) < 1e-9 * max(1.0, float(np.abs(values).max())):
+        if np.isnan(first).any() or np.ptp(first) < 1e-9 * max(1.0, float(np.abs(first).max())):
             continue
-        scalar = fit_scalar([inputs[rows]], [values], [])
+        if any(np.isnan(each).any() for each in values):
+            continue
+        scalar = fit_scalar(inputs[: len(rows)], values, runs.pairs(rows))
         if not support.of_scalar(scalar.score).refused:
             found[name] = scalar
     return found
 
 
+def _at_rest(runs: Sampled, level: int) -> Rows:
+    """Give the runs of the sample that are computed on a level and came to rest there."""
+    states = [Status(int(state)) for state in runs.stores[level][STATUS.name].to_numpy()]
+    usable = runs.usable[level][runs.usable[level] < len(states)]
+    return np.array([row for row in usable if not states[row].is_cut_off], np.intp)
+
+
+def _measured(store: xr.Dataset, rows: Rows, threshold: float) -> dict[str, Array]:
+    deposits = store["deposit_depth"].isel(run=rows).transpose("run", "y", "x").to_numpy() > threshold
+    return measures(deposits, store["y"].to_numpy(), store["x"].to_numpy())
+
+
 def _rows(
-    runs: Sampled,
-    store: xr.Dataset,
-    at: Array,
-    before: Array,
-    after: Array,
-    used: list[str],
-    effective: float,
+    runs: Sampled, drawn: Draws, found: Posterior, coarse: Posterior | None, used: list[str]
 ) -> list[dict[str, object]]:
-    rows: list[dict[str, object]] = []
-    column = 0
+    """Table each parameter; coarse : posterior by the widest spacing alone, where there are several."""
+    store, rows, column = runs.stores[0], list[dict[str, object]](), 0
     names = {str(c.attrs["key"]): str(name) for name, c in store.coords.items() if "key" in c.attrs}
+    told = runs.told_of_spacing if coarse is not None else ONE_SPACING
     for key, each in runs.inputs.by_key.items():
         width = each.columns
         if width == 1 and not each.words:
-            values = each.back(at[:, column])
+            values = each.back(drawn.at[:, column])
             row: dict[str, object] = {**behind(store), "parameter": names[key]}
-            for when, share in (("prior", before), ("posterior", after)):
-                found = Posterior(share, 0.0).quantiles(values, SHARES)
-                row |= {f"{when}_q{100 * s:02.0f}": float(q) for s, q in zip(SHARES, found, strict=True)}
-            rows.append(row | {"effective_draws": effective, "measures": ", ".join(used)})
+            after = found.quantiles(values, SHARES)
+            prior = Posterior(drawn.share, 0.0).quantiles(values, SHARES)
+            for when, part in (("prior", prior), ("posterior", after)):
+                row |= {f"{when}_{end}": float(q) for end, q in zip(ENDS, part, strict=True)}
+            before = after if coarse is None else coarse.quantiles(values, SHARES)
+            error = allowance(after - before, 1 if coarse is None else 2)
+            row |= {f"posterior_{end}_discretisation": float(q) for end, q in zip(ENDS, error, strict=True)}
+            said = {"effective_draws": found.effective, "measures": ", ".join(used), "spacing": told}
+            rows.append(row | said)
         column += width
     return rows

@@ -76,7 +76,12 @@ def emulate(runs: Sampled, asked: Hazard, count: int = DRAWS) -> Emulated:
         maps = maps.assign_attrs(
             title=runs.name,
             comment=comment,
-            **{"Conventions": "CF-1.12", "draws": len(few.at), "outlines": list(asked.outlines)},
+            **{
+                "discretisation": runs.told_of_spacing,
+                "Conventions": "CF-1.12",
+                "draws": len(few.at),
+                "outlines": list(asked.outlines),
+            },
             **counts(store).attributes,
             **about(store, runs.settings),
         )

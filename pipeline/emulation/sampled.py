@@ -19,6 +19,7 @@ from pipeline.assess.spacing import root_rows
 from pipeline.assess.tables import values
 from pipeline.emulation.errors import NotEmulatedError
 from pipeline.emulation.inputs import Inputs
+from pipeline.hazard.discretisation import ONE_SPACING
 from pipeline.scenario.scenario import stored
 from pipeline.settings.settings import Settings
 from pipeline.store.place import LEVEL, chosen_paths, store_path
@@ -228,6 +229,14 @@ class Sampled:
     def spacings(self) -> list[float]:
         """Spacing of the points of each level, m."""
         return [float(np.diff(each["x"]).mean()) for each in self.whole]
+
+    @property
+    def told_of_spacing(self) -> str:
+        """Say what the error of the spacing is from."""
+        if len(self.stores) == 1:
+            return ONE_SPACING
+        widest, closest = self.spacings[0], self.spacings[-1]
+        return f"from {widest:g} to {closest:g} m, by {len(self.usable[-1])} runs on both"
 
     @property
     def left_out(self) -> str:

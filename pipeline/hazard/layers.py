@@ -9,6 +9,7 @@ import xarray as xr
 from pipeline.assess.probability import BOUNDS
 from pipeline.gis.layer import ERROR, Kind, Layer
 from pipeline.gis.symbology import CHANGES
+from pipeline.hazard.discretisation import ENDING
 from pipeline.readable import written
 
 EARLIEST = "earliest_arrival_time"
@@ -18,6 +19,8 @@ def layers(found: xr.Dataset) -> Iterator[Layer]:
     """List the maps of hazard results, on whatever grid they are."""
     for name in found.data_vars:
         quantity, _, what = str(name).rpartition("_")
+        if str(name).endswith(f"_exceedance{ENDING}"):
+            yield from _discretisation(found, str(name))
         if what in ("exceedance", "emulated") and f"{quantity}_threshold" in found.coords:
             yield from _thresholds(found, quantity, what)
         elif what == "quantile":
@@ -86,6 +89,19 @@ def _thresholds(found: xr.Dataset, quantity: str, what: str) -> Iterator[Layer]:
         title = f"{counted} with a {_words(quantity)} above {threshold:g} {written(units)}"
         name = f"{quantity}_above_{threshold:g}{'_emulated' if emulated else ''}"
         yield Layer(name, title, "1", "share", values, quantity, threshold, units)
+
+
+def _discretisation(found: xr.Dataset, name: str) -> Iterator[Layer]:
+    """List the maps of what the spacing leaves open of shares above the thresholds of one quantity."""
+    quantity = name.removesuffix(f"_exceedance{ENDING}")
+    thresholds = found[f"{quantity}_threshold"]
+    units = thresholds.attrs["units"]
+    for i, threshold in enumerate(thresholds.to_numpy().tolist()):
+        above = f"a {_words(quantity)} above {threshold:g} {written(units)}"
+        title = f"share of runs that have {above} on one spacing alone"
+        values = {"": found[name].isel({thresholds.name: i}, drop=True)}
+        layer = f"{quantity}_above_{threshold:g}{ENDING}"
+        yield Layer(layer, title, "1", "share", values, quantity, threshold, units)
 
 
 def _counted(found: xr.Dataset) -> str:

@@ -26,7 +26,7 @@ _log = logging.getLogger(__name__)
 
 # names that maps have had here: only such files are ever removed
 OURS = re.compile(
-    r"(?:\w+_above_[\d.e+-]+(?:_emulated)?|\w+_quantile_[\d.e+-]+|intensity_[\d.e+-]+_years|\w*arrival_\w+"
+    r"(?:\w+_above_[\d.e+-]+(?:_emulated|_discretisation)?|\w+_quantile_[\d.e+-]+|intensity_[\d.e+-]+_years|\w*arrival_\w+"
     r"|intensity|hazard_level)"
     r"(?:_difference)?(?:_lower|_upper|_error)?\.(?:png|tif|tif\.aux\.xml|qml)|outlines\.gpkg"
 )

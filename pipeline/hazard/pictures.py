@@ -16,6 +16,7 @@ from pipeline.assess.plots import CHARACTERS_PER_INCH
 from pipeline.gis.layer import BANDS, ERROR, Layer
 from pipeline.gis.symbology import UNKNOWN_COLOUR, UNKNOWN_WORDS
 from pipeline.hazard import intensity
+from pipeline.hazard.discretisation import ENDING
 from pipeline.hazard.map_colours import fill, hatch, same_class
 from pipeline.hazard.map_panel import (
     draw_ground,
@@ -100,6 +101,8 @@ def draw(layer: Layer, found: xr.Dataset, frame: Frame | None, path: Path) -> Pa
         lines[1] += f"; {frame.system}"
     if "building" in found.coords:
         lines[1] += "; buildings are dark"
+    if spacing := found.attrs.get(ENDING[1:]):
+        lines.append(f"error of the spacing: {spacing}")
     text = "\n".join(textwrap.fill(line, characters) for line in lines)
     title = panels[0].annotate(
         text,

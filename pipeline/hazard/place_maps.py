@@ -5,12 +5,15 @@ from __future__ import annotations
 import json
 import logging
 from collections.abc import Iterator, Mapping, Sequence
+from math import prod
 from typing import Any
 
 import xarray as xr
 
 from pipeline.assess.ensemble import NotTogetherError, ensemble, together
-from pipeline.hazard.mapping import map_hazard
+from pipeline.assess.tables import finest
+from pipeline.hazard.discretisation import ENDING, ONE_SPACING, TOGETHER, with_discretisation
+from pipeline.hazard.mapping import map_hazard, without_buildings
 from pipeline.hazard.quantities import check_mapped
 from pipeline.hazard.release_outlines import release_outlines
 from pipeline.runs import profile_ends, surface_summary
@@ -58,7 +61,7 @@ def of_place(
     said: dict[str, dict[str, str]] = {}
     releases: dict[str, list[Any]] = {}
     warnings: list[object] = []
-    left_out = 0
+    left_out, has_levels = 0, False
     paths = store_paths(out)
     stores = [open_store(path) for path in paths]
     check_mapped(stores, thresholds)
@@ -73,8 +76,10 @@ def of_place(
         releases[name] = release_outlines(store, spacing)
         _log.info("maps of %s", name)
         found = map_hazard(held[name], asked[name])
+        has_levels |= bool(_level(settings))
         left_out += (chosen := zarr_store.chosen(path))
         found.attrs["comment"] += _note(warned) + _level(settings) + _left_out(chosen)
+        found = _discretised(found, path, store, settings, asked[name], held[name], spacing)
         said[name]["releases"] = json.dumps(releases[name])
         yield name, found.assign_attrs(title=name, **said[name])
     if len(held) > 1:
@@ -92,7 +97,26 @@ def of_place(
         # receptors of one scenario need not be those of another
         alike = len({each["receptors"] for each in said.values()}) == 1
         marks = said[first]["receptors"] if alike else "[]"
+        found.attrs[ENDING[1:]] = TOGETHER if has_levels else ONE_SPACING
         yield WHOLE, found.assign_attrs(title=WHOLE, receptors=marks, scenarios=", ".join(held), **where)
+
+
+def _discretised(
+    found: xr.Dataset,
+    path: Location,
+    store: xr.Dataset,
+    settings: Settings,
+    asked: Hazard,
+    runs: xr.Dataset,
+    spacing: float | None,
+) -> xr.Dataset:
+    """Add what the spacing leaves open, where some runs are on a closer one, or say that it is not known."""
+    finer = finest(path, store)
+    if finer is None:
+        return found.assign_attrs({ENDING[1:]: ONE_SPACING})
+    with finer:
+        entries = prod(map(len, settings.sweep.values()))
+        return without_buildings(with_discretisation(found, runs, ensemble(finer, spacing), asked, entries))
 
 
 def _note(warnings: Sequence[object]) -> str:

@@ -25,6 +25,10 @@ class Scalar:
     logarithm: bool
     score: ScalarScore
 
+    def coarsest(self) -> Scalar:
+        """Give the emulator of the coarsest level alone."""
+        return Scalar(self.levels.coarsest(), self.logarithm, self.score)
+
     def predict(self, at: Array) -> tuple[Array, Array, Array]:
         """Median and bounds of 95 % of the number at places, shape (m,) each."""
         predictor = Predictor(self.levels.parts, at)
@@ -94,9 +98,23 @@ def quantiles(scalar: Scalar, shares: Sequence[float], draws: Draws, weight: Arr
     found = quantiles_of(scalar.levels, shares, draws, weight)
     ends = [np.array([getattr(each, end) for each in found]) for end in ("value", "lower", "upper", "coarse")]
     value, lower, upper, coarse = (np.exp(end) if scalar.logarithm else end for end in ends)
-    change = np.abs(value - coarse)
-    usual = ALLOWANCE * float(np.sqrt(np.mean(change**2)))
-    discretisation = (
-        np.maximum(change, usual) if len(scalar.levels.parts) > 1 else np.full_like(value, np.nan)
-    )
+    discretisation = allowance(value - coarse, len(scalar.levels.parts))
     return Quantiles(value, np.maximum(upper - value, value - lower), discretisation)
+
+
+def allowance(change: Array, levels: int) -> Array:
+    """Half width of the allowance for the spacing of numbers, shape (m,); NaN with one level.
+
+    Parameters
+    ----------
+    change : array, shape (m,)
+        From the coarsest level to the finest. Each number has its own, and at least twice the root mean
+        square of all.
+    levels : int
+        How many there are.
+    """
+    if levels == 1:
+        return np.full_like(change, np.nan)
+    usual = ALLOWANCE * float(np.sqrt(np.mean(change**2)))
+    found: Array = np.maximum(np.abs(change), usual)
+    return found

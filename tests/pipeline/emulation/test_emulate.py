@@ -248,3 +248,44 @@ def test_an_observed_deposit_narrows_the_parameters_or_is_refused():
     nowhere[:3, -3:] = True
     with pytest.raises(NotEmulatedError, match=r"deviations from the observation|effective draws"):
         posterior_table(runs, Observed(nowhere.ravel(), None), 0.1, 1.0, 2**13)
+
+
+def test_a_posterior_has_what_changes_to_the_closest_spacing():
+    stores = sheet(levels="both")
+    for store in stores:
+        store["deposit_depth"] = store["max_depth"]
+    place, wide = np.array([[0.5, 0.5]]), stores[0]
+    # what is observed is a deposit of the closest spacing, on the cells of the widest
+    seen = depths(place, wide["x"].to_numpy(), wide["y"].to_numpy(), THINNER)[0] > 0.1
+    tables = {
+        len(levels): posterior_table(of(levels), Observed(seen.ravel(), None), 0.1, 4.0, 2**15).set_index(
+            "parameter"
+        )
+        for levels in (stores, [wide])
+    }
+    both, alone = (tables[count].loc["volume"] for count in (2, 1))
+    assert both["spacing"] == f"from {SPACING:g} to {CLOSE:g} m, by 16 runs on both"
+    assert alone["spacing"] == "one spacing: not estimated"
+    # a sheet that is thinner on the closest spacing takes more of a volume
+    assert both["posterior_q50"] > alone["posterior_q50"]
+    change = both["posterior_q50"] - alone["posterior_q50"]
+    assert both["posterior_q50_discretisation"] >= 0.9 * change
+    assert np.isnan(alone["posterior_q50_discretisation"])
+
+
+def test_missing_runs_have_what_changes_to_the_closest_spacing(lacking):
+    stores = sheet(levels="both")
+    volume = stores[0]["volume"].to_numpy()
+    status = np.full(64, Status.DONE)
+    status[16:][np.argsort(volume[16:])[-LARGEST:]] = Status.FAILED
+    (wide,) = sheet(status=status)
+    wide.attrs = stores[0].attrs
+    rows = made([wide, stores[1]]).tables["emulated-missing"]
+    assert len(rows) == LARGEST
+    assert rows["runout_distance_discretisation"].to_numpy() == pytest.approx(2 * THINNER, abs=0.02)
+    assert (rows["far_reached_discretisation"] >= 0).all()
+    assert (rows["spacing"] == f"from {SPACING:g} to {CLOSE:g} m, by 16 runs on both").all()
+    alone = lacking.tables["emulated-missing"]
+    assert alone["runout_distance_discretisation"].isna().all()
+    assert alone["far_reached_discretisation"].isna().all()
+    assert (alone["spacing"] == "one spacing: not estimated").all()
