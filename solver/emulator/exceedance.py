@@ -179,11 +179,8 @@ class _Sums:
         self, rows: Rows, some: NDArray[np.bool_], part: Levels, means: Floats, paths: Floats, few: Draws
     ) -> None:
         """Add the variance over paths for some of the outputs in rows, whose means are of shape (c, m)."""
-        found, held = np.empty(int(some.sum())), np.empty((2, PATHS), SINGLE)
-        roots = np.sqrt(np.stack(part.scales)[:, some]).astype(SINGLE)
-        share = few.share.astype(SINGLE)
-        level = SINGLE.type(self.level)
-        variance_over_paths(means[some], level, roots, paths, share, held[0], held[1], found)
+        roots = np.stack(part.scales)[:, some] ** 0.5
+        found = over_paths(means[some] - SINGLE.type(self.level), roots, paths, few)
         self.variance[rows[some]] += self.score.calibration * found
 
     def exceedance(self, levels: Levels, runs: float) -> Exceedance:
@@ -196,6 +193,30 @@ class _Sums:
         move = score.systematic * score.offset
         fine, coarse = (np.clip(each + move, 0.0, 1.0) for each in (self.probability, self.coarse))
         return Exceedance(fine, coarse, variance, score, len(levels.parts))
+
+
+def over_paths(above: Floats, roots: Array, paths: Floats, few: Draws) -> Array:
+    """Variance over paths of the share of draws above 0, shape (c,).
+
+    Parameters
+    ----------
+    above : array, shape (c, m)
+        Mean of each output at each draw.
+    roots, paths : array, shapes (parts, c) and (parts, m, k)
+        Deviation of each output's process, and paths of one of deviation 1.
+    few : Draws
+        The draws.
+    """
+    share, found = few.share.copy(), np.empty(len(above))
+    # each half has all events
+    for half in (share[::2], share[1::2]):
+        half /= half.sum()
+    path, held = np.empty(paths.shape[2], SINGLE), np.empty((2, paths.shape[2]), SINGLE)
+    variance_over_paths(
+        above.astype(SINGLE), SINGLE.type(0), roots.astype(SINGLE), paths.astype(SINGLE),
+        share.astype(SINGLE), path, held, found,
+    )  # fmt: skip
+    return found
 
 
 def _above(

@@ -107,6 +107,9 @@ def shares_above(mean, level, variance, scale, share, block, normal, deviation, 
 def variance_over_paths(mean, level, roots, paths, share, path, held, found):  # type: ignore[no-untyped-def]
     """Variance over paths of the share of draws that are above a level.
 
+    It is the covariance of the shares of two halves of the draws, every second one, and at least 0: that of
+    all of them has on top what comes of their number.
+
     Parameters
     ----------
     mean : array, shape (c, m)
@@ -116,8 +119,8 @@ def variance_over_paths(mean, level, roots, paths, share, path, held, found):  #
     roots, paths : array, shapes (parts, c) and (parts, m, k)
         Deviation of each output, and deviations of draws along each path in units of it.
     share : array, shape (m,)
-        Of each draw.
-    path, held : array, shape (k,)
+        Of each draw, their sum in each half 1.
+    path, held : array, shapes (k,) and (2, k)
         To compute in.
     found : array, shape (c,)
         The variance, with one degree of freedom less than paths.
@@ -132,17 +135,17 @@ def variance_over_paths(mean, level, roots, paths, share, path, held, found):  #
             for j in range(1, parts):
                 for k in range(count):
                     path[k] += roots[j, c] * paths[j, i, k]
-            least, part = level - mean[c, i], share[i]
+            least, part, half = level - mean[c, i], share[i], held[i % 2]
             for k in range(count):
-                held[k] += part if path[k] > least else part - part
-        around = 0.0
+                half[k] += part if path[k] > least else part - part
+        first, second, both = 0.0, 0.0, 0.0
         for k in range(count):
-            around += held[k]
-        around /= count
-        total = 0.0
+            first += held[0, k]
+            second += held[1, k]
+        first, second = first / count, second / count
         for k in range(count):
-            total += (held[k] - around) ** 2
-        found[c] = total / (count - 1)
+            both += (held[0, k] - first) * (held[1, k] - second)
+        found[c] = max(both / (count - 1), 0.0)
 
 
 @kernel(from_python=True, unaliased=True)

@@ -53,6 +53,11 @@ class Measured:
         Emulator of each measure, all of the same runs.
     draws : Draws
         The prior.
+
+    Attributes
+    ----------
+    calibration : float
+        Factor, at least 1, by which variances are larger than the emulators say, see `calibration`.
     """
 
     def __init__(self, scalars: Sequence[Scalar], draws: Draws) -> None:
@@ -61,7 +66,10 @@ class Measured:
         self._mean = np.stack([mean[:, 0] for mean, _ in held])
         self._deviation = np.stack([deviation[:, 0] for _, deviation in held])
         # errors of several measures of one outline go together
-        self._root = np.linalg.cholesky(_correlation(scalars))
+        errors = _errors(scalars)
+        self._root = np.linalg.cholesky(_correlation(errors))
+        self.calibration = calibration(errors)
+        self._deviation *= np.sqrt(self.calibration)
 
     def posterior(self, observed: Sequence[float], shift: Sequence[float]) -> Posterior:
         """Weigh the draws by a normal likelihood, whose errors go together as leave-one-out says.
@@ -90,11 +98,40 @@ class Measured:
         return Posterior(share / share.sum(), float(np.sqrt(square[best] / len(seen))))
 
 
-def _correlation(scalars: Sequence[Scalar]) -> Array:
-    """Correlation of the leave-one-out errors of measures of the same runs, drawn a little to none."""
-    relative = []
+def _errors(scalars: Sequence[Scalar]) -> Array:
+    """Leave-one-out errors of measures of the same runs in deviations, shape (measures, n)."""
+    found = []
     for scalar in scalars:
         mean, deviation = scalar.levels.leave_one_out()
-        relative.append(((scalar.levels.outputs[0] - mean) / deviation)[:, 0])
-    found = np.atleast_2d(np.corrcoef(relative))
+        found.append(((scalar.levels.outputs[0] - mean) / deviation)[:, 0])
+    return np.array(found)
+
+
+def _correlation(errors: Array) -> Array:
+    """Correlation of errors, (measures, n), drawn a little to none."""
+    found = np.atleast_2d(np.corrcoef(errors))
     return (1 - TO_NONE) * found + TO_NONE * np.eye(len(found))
+
+
+def calibration(errors: Array) -> float:
+    """Factor, at least 1, by which the squares of errors exceed what is said of them.
+
+    Each run is judged by the correlation of the others. That of few runs has an inverse that is too large
+    (Hartlap et al. 2007), and predictions are a little worse than processes say whose correlation lengths
+    were fitted to the same runs.
+
+    Parameters
+    ----------
+    errors : array, shape (measures, n)
+        Leave-one-out errors in deviations.
+
+    References
+    ----------
+    Hartlap et al. 2007, Why your model parameter confidences might be too optimistic,
+    https://doi.org/10.1051/0004-6361:20066170
+    """
+    squares = [
+        error @ np.linalg.solve(_correlation(np.delete(errors, run, axis=1)), error)
+        for run, error in enumerate(errors.T)
+    ]
+    return max(1.0, float(np.mean(squares)) / len(errors))

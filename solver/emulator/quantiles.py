@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from solver.emulator.exceedance import PATHS
+from solver.emulator.exceedance import PATHS, over_paths
 from solver.emulator.levels import Draws, Levels, Predictor, scaled_paths
 from solver.emulator.mixtures import below
 from solver.emulator.scores import TWO_SIDED, exceedance_score
@@ -60,7 +60,7 @@ def quantiles_of(levels: Levels, shares: Sequence[float], draws: Draws, weight: 
     mean, deviation = (held[:, 0] for held in at(levels))
     coarse = [held[:, 0] for held in at(levels, only_coarsest=True)]
     paths = scaled_paths(levels.parts, draws.few.at, PATHS)
-    whole = sum(np.sqrt(scale[0]) * path for scale, path in zip(levels.scales, paths, strict=True))
+    roots, along = np.sqrt(np.stack(levels.scales)), np.stack(paths)
     predicted = levels.leave_one_out()
     found = []
     for share in shares:
@@ -68,9 +68,8 @@ def quantiles_of(levels: Levels, shares: Sequence[float], draws: Draws, weight: 
         score = exceedance_score(levels.outputs[0], *predicted, value, weight)
         each = np.asarray(below((mean - value) / deviation), np.float64)
         unsharp = max(float(score.brier[0]), score.calibration * float(draws.share @ (each * (1 - each))))
-        exceeds = mean[draws.first, None] + whole > value
-        over_paths = float((draws.share_of_first @ exceeds).var(ddof=1))
-        variance = score.calibration * over_paths + unsharp * float(weight @ weight) + draws.variance(each)
+        spread = float(over_paths((mean - value)[None, draws.first], roots, along, draws.few)[0])
+        variance = score.calibration * spread + unsharp * float(weight @ weight) + draws.variance(each)
         half, least = TWO_SIDED * np.sqrt(variance), 1e-6
         low, high = (float(np.clip(share + sign * half, least, 1 - least)) for sign in (-1, 1))
         lower, upper = (_solve(mean, deviation, draws.share, end) for end in (low, high))

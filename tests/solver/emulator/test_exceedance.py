@@ -4,11 +4,11 @@ from known_maps import X, Y, depths, places
 from scipy.special import ndtr, ndtri
 
 from solver.emulator import support
-from solver.emulator.exceedance import exceedance, exceedances
+from solver.emulator.exceedance import exceedance, exceedances, over_paths
 from solver.emulator.fields import FieldLevel, choose
 from solver.emulator.latent import WET, Latent
 from solver.emulator.levels import Predictor, draws, fit_levels
-from solver.emulator.mixtures import below, variance_over_paths
+from solver.emulator.mixtures import below
 from solver.emulator.scores import exceedance_score
 
 THRESHOLDS = (0.25, 0.5, 1.0)
@@ -221,15 +221,32 @@ def test_thresholds_taken_together_are_those_one_by_one(found):
             assert getattr(one, name) == pytest.approx(getattr(alone, name), abs=1e-6)
 
 
-def test_the_variance_over_paths_is_that_of_their_shares():
+def test_the_variance_over_paths_is_the_covariance_of_two_halves_of_the_draws():
     rng = np.random.default_rng(0)
-    mean, share = rng.normal(0, 1, (3, 40)).astype(np.float32), np.full(40, 1 / 40, np.float32)
-    roots, paths = rng.uniform(0.5, 1, (2, 3)).astype(np.float32), rng.normal(0, 1, (2, 40, 30))
-    found, held = np.empty(3), np.empty((2, 30), np.float32)
-    paths = paths.astype(np.float32)
-    variance_over_paths(mean, np.float32(0.3), roots, paths, share, held[0], held[1], found)
-    whole = mean[:, :, None] + np.einsum("pc,pmk->cmk", roots, paths)
-    assert found == pytest.approx((whole > 0.3).mean(axis=1).var(axis=1, ddof=1), rel=1e-5)
+    above, roots, paths = (
+        rng.normal(0, 1, (3, 40)),
+        rng.uniform(0.5, 1, (2, 3)),
+        rng.normal(0, 1, (2, 40, 30)),
+    )
+    paths += 0.5 * rng.normal(0, 1, (2, 1, 30))
+    few = draws([rng.random((40, 2))], [1.0], 40)
+    whole = above[:, :, None] + np.einsum("pc,pmk->cmk", roots, paths)
+    halves = [(whole[:, first::2] > 0).mean(axis=1) for first in (0, 1)]
+    known = [max(np.cov(one, other)[0, 1], 0.0) for one, other in zip(*halves, strict=True)]
+    assert over_paths(above, roots, paths, few) == pytest.approx(known, rel=1e-5)
+
+
+def test_the_variance_over_paths_does_not_depend_on_how_many_draws_they_are_at():
+    # every draw for itself has no share of its own in a variance that all have together
+    rng, count = np.random.default_rng(0), 4000
+    common, own = rng.normal(0, 1, (1, 1, count)), rng.normal(0, 1, (1, 512, count))
+    found = []
+    for size in (8, 512):
+        few = draws([rng.random((size, 2))], [1.0], size)
+        paths = np.sqrt(0.1) * common + np.sqrt(0.9) * own[:, :size]
+        found.append(over_paths(np.zeros((1, size)), np.ones((1, 1)), paths, few)[0])
+    # of the probability of two normal numbers to be above 0, whose correlation is 0.1
+    assert found == pytest.approx([np.arcsin(0.1) / (2 * np.pi)] * 2, rel=0.12)
 
 
 @pytest.mark.parametrize("value", [0.5, 0.1, np.nextafter(np.float32(0.5), np.float32(1))])

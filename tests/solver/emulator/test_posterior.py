@@ -4,7 +4,7 @@ from known_maps import X, Y, depths, places
 
 from solver.emulator.levels import draws
 from solver.emulator.outline import measures, moved
-from solver.emulator.posterior import Measured
+from solver.emulator.posterior import Measured, calibration
 from solver.emulator.scalars import fit_scalar
 
 
@@ -60,3 +60,18 @@ def test_an_outline_that_is_not_sure_says_less(measured):
     assert unsure.effective > 1.5 * sure.effective
     assert sure.misfit < 2
     assert sure.share.sum() == pytest.approx(1)
+
+
+def test_variances_are_as_large_as_errors_of_runs_that_were_not_learned_from():
+    rng, measures_of, few = np.random.default_rng(0), 7, 40
+    root = np.linalg.cholesky(0.5 + 0.5 * np.eye(measures_of))
+    found, needed = [], []
+    for _ in range(50):
+        known, new = (root @ rng.standard_normal((measures_of, count)) for count in (few, 400))
+        correlation = 0.9 * np.corrcoef(known) + 0.1 * np.eye(measures_of)
+        needed.append(np.mean(np.sum(new * np.linalg.solve(correlation, new), axis=0)) / measures_of)
+        found.append(calibration(known))
+    assert np.mean(found) == pytest.approx(np.mean(needed), rel=0.05)
+    # errors that are larger than they are said to be count in full, smaller ones not at all
+    assert calibration(2 * known) == pytest.approx(4 * calibration(known), rel=0.3)
+    assert calibration(0.5 * known) == 1
