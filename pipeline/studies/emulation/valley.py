@@ -49,7 +49,9 @@ RARE, FEW, CHOSEN = "school: depth > 1.2", 32, 16
 # where a probability is neither next to 0 nor to 1
 OPEN = (0.01, 0.99)
 # depth of a deposit, m, and runs that are taken as observed, a block
-DEPOSIT, OBSERVED = 0.1, 40
+DEPOSIT, OBSERVED = 0.1, 100
+# draws of a posterior, as many as the command takes: of fewer too few agree with what is observed
+POSTERIOR_DRAWS = 1 << 16
 
 
 def errors(
@@ -246,7 +248,7 @@ def calibrations(wide: Truth) -> Iterator[dict[str, object]]:
     rest = np.flatnonzero((wide.store["status"] == Status.DONE).to_numpy())
     for rows in blocks(64, LEAST):
         runs = wide.runs(rows)
-        scalars, draws = emulated_measures(runs, DEPOSIT), runs.inputs.draws(4 * DRAWS)
+        scalars, draws = emulated_measures(runs, DEPOSIT), runs.inputs.draws(POSTERIOR_DRAWS)
         model, inputs = Measured(list(scalars.values()), draws), runs.inputs.of(wide.store)
         truths = np.random.default_rng(0).choice(np.setdiff1d(rest, rows), OBSERVED, replace=False)
         for truth in truths:

@@ -166,7 +166,7 @@ def test_ways_to_maps_are_compared_by_time_and_error_and_done_once(truth, tmp_pa
     close, fine = truth[CLOSE], truth[FINE]
     asked = []
     off, time = (
-        {"plain": 0.02, "levels": 0.005, "finest": 0.01},
+        {"plain": 0.02, "levels": 0.005, "alone": 0.008, "finest": 0.01},
         {"run": 40.0, "hazard": 20.0, "emulate": 5.0},
     )
 
@@ -188,6 +188,10 @@ def test_ways_to_maps_are_compared_by_time_and_error_and_done_once(truth, tmp_pa
     assert (plain["seconds"], levels["seconds"]) == (60, 45)
     assert levels["seconds_over_plain"] == pytest.approx(0.75)
     assert (plain["rmse_4m"], levels["rmse_4m"]) == pytest.approx((0.02, 0.005))
+    known = close.exceedance(0.5)
+    known = known[(known > 0.01) & (known < 0.99)]
+    alone = float(np.sqrt(np.mean(known * (1 - known)) / valley.SHIPPED))
+    assert levels["rmse_4m_over_independent"] == pytest.approx(0.005 / alone)
     # again: nothing is done a second time, but by other code
     assert len(list(commands.commands(tmp_path, "code", close, fine))) == len(WAYS) * len(SEEDS) * 3
     assert len(asked) == 2 * len(WAYS) * len(SEEDS)
@@ -217,7 +221,8 @@ def test_blocks_are_within_the_truth():
 
 
 def test_ways_are_the_shipped_scenarios_with_another_seed():
-    plain, levels, finest = (way.scenario(7) for way in WAYS)
+    plain, levels, alone, finest = (way.scenario(7) for way in WAYS)
+    assert (alone["points"]["spacing"], alone["sample"]["count"]) == (4, 64)
     assert plain["sample"]["count"] == valley.SHIPPED
     assert {each["sample"]["seed"] for each in (plain, levels, finest)} == {7}
     assert levels["sample"]["levels"] == [{"spacing": 8, "count": 64}, {"spacing": 4, "count": 16}]
@@ -247,6 +252,7 @@ def limits(error):
     }
     maps = pd.DataFrame([{"what": name, "threshold": t, **row} for name in names for t in THRESHOLDS])
     ratio = {"seconds_over_plain": 0.3, "rmse_4m_over_plain": 0.3, "rmse_2m_over_plain": 0.2}
+    ratio |= {"rmse_4m_over_independent": 0.2}
     ratio |= {"coverage_4m": 1.0, "coverage_2m": 0.8}
     both = pd.DataFrame([{"what": way.words, "threshold": t, **ratio} for way in WAYS for t in THRESHOLDS])
     return {"maps": maps, "commands": both}
@@ -259,6 +265,7 @@ def test_figures_stand_beside_their_limits_and_those_that_fail_are_marked():
     failed = table[table["verdict"] != "pass"]
     assert [*failed.index] == [
         f"{words}: error of maps against 4 m",
+        f"{WAYS[2].words}, over {WAYS[0].words}: error of maps against 4 m",
         f"{WAYS[1].words}: coverage of the total error, 2 m",
     ]
     worse = acceptance(limits(0.006)).set_index("what")["verdict"]
