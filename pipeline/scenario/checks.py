@@ -28,7 +28,7 @@ from pipeline.scenario.places import (
     on_no_data,
     receptors_on_bed,
     receptors_outside,
-    refined_at_receptors,
+    refined_at,
     unknown_receptors,
     varied_places,
     wrong_zones,
@@ -176,12 +176,12 @@ class _Judge:
             found = found if settings.domain is not None else found.model_copy(update={"domain": None})
             receptors = self.map_files.receptors(found)
             # what is wrong with them is listed for all runs
-            return refined_at_receptors(
+            return (
                 found if isinstance(receptors, Problem) else found.model_copy(update={"receptors": receptors})
             )
         ground = settings.georeference
         if ground is None or "map" not in (ground.receptors, ground.releases):
-            return refined_at_receptors(settings)
+            return refined_at(settings.places, settings)
         slope = self._slope(settings)
         changed: dict[str, Any] = {"receptors": receptors_on_bed(settings, slope)}
         if ground.releases == "map":
@@ -192,7 +192,7 @@ class _Judge:
                 for release in settings.releases
             )
             changed["release"] = releases if isinstance(settings.release, tuple) else releases[0]
-        return refined_at_receptors(settings.model_copy(update=changed))
+        return refined_at(changed["receptors"], settings.model_copy(update=changed))
 
     def _on_surface(self, settings: Settings) -> tuple[Settings, list[Problem]]:
         """Give settings on an elevation model with their domain, and what is wrong with their files."""

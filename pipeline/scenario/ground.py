@@ -17,7 +17,15 @@ from pipeline.inputs.reference_system import called, elsewhere, same, stretched
 from pipeline.mistakes import Problem
 from pipeline.readable import percent
 from pipeline.scenario import solver_objects, structures
-from pipeline.scenario.places import OUTSIDE, listed, near, off_the_model, part_inside
+from pipeline.scenario.places import (
+    OUTSIDE,
+    follows_receptors,
+    listed,
+    near,
+    off_the_model,
+    part_inside,
+    refined_at,
+)
 from pipeline.scenario.plausibility import DEEP, too_deep
 from pipeline.scenario.solver_objects import Outlines
 from pipeline.scenario.strict_yaml import Path
@@ -113,6 +121,9 @@ class GroundCheck:
             return settings, [raster]
         whole = None if settings.domain is not None else Domain(x=first.x, y=first.y)
         settings = settings.model_copy(update={"domain": domain})
+        if follows_receptors(settings):
+            receptors = self._receptors(settings, first.crs, first)
+            settings = settings if isinstance(receptors, Problem) else refined_at(receptors, settings)
         model = solver_objects.surface(terrain, raster)
         self._note(terrain.elevation, raster, extent, closest, domain, known=whole is None)
         depths = dict(self.held.depths if self.held else {})
@@ -235,8 +246,17 @@ class GroundCheck:
 
     def receptors(self, settings: Settings) -> tuple[Receptor, ...] | Problem:
         """Give the receptors of settings; those of a file that are outside the domain are left out."""
+        return (
+            settings.places
+            if self.held is None
+            else self._receptors(settings, self.held.crs, self.held.extent)
+        )
+
+    def _receptors(
+        self, settings: Settings, crs: str, extent: RasterExtent
+    ) -> tuple[Receptor, ...] | Problem:
         source = source_of(settings.receptors)
-        if source is None or self.held is None:
+        if source is None:
             return settings.places
         name, layer = source
         self.from_file = True
@@ -244,9 +264,7 @@ class GroundCheck:
         if not file.exists():
             return Problem(path, f"expected a readable file, found none: {file}")
         try:
-            held = read_places(
-                file, self.held.crs, layer, lambda line: self.doubts.update({(path, "shapes"): line})
-            )
+            held = read_places(file, crs, layer, lambda line: self.doubts.update({(path, "shapes"): line}))
         except OutlineError as error:
             return Problem(path, f"{error} ({name})")
         made = [
@@ -256,7 +274,6 @@ class GroundCheck:
             )
             for each in held
         ]
-        extent = self.held.extent
         bounds = settings.domain or Domain(x=extent.x, y=extent.y)
         parts = [part_inside(each, bounds) for each in made]
         inside = [each for each, part in zip(made, parts, strict=True) if part > 0]

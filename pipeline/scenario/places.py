@@ -93,11 +93,17 @@ def receptors_on_bed(settings: Settings, slope: SlopeProfile) -> tuple[Receptor,
     return tuple(found)
 
 
-def refined_at_receptors(settings: Settings) -> Settings:
+def follows_receptors(settings: Settings) -> bool:
+    """Whether points are to stand closer around receptors that are named."""
+    points = settings.points
+    return isinstance(points, GradedPoints) and any(each.receptor is not None for each in points.refine)
+
+
+def refined_at(receptors: Sequence[Receptor], settings: Settings) -> Settings:
     """Give settings whose points stand closer in regions and along lines where those name receptors."""
     if not isinstance(settings.points, GradedPoints):
         return settings
-    known = {each.name: each for each in settings.places}
+    known = {each.name: each for each in receptors}
     refine = tuple(
         each.around(known[each.receptor]) if each.receptor in known else each
         for each in settings.points.refine

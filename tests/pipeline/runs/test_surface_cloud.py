@@ -87,6 +87,23 @@ def test_points_stand_closer_around_a_receptor_of_a_file(folder):
     assert float(store["plan_area"][far].mean()) > 100
 
 
+def test_a_building_among_points_that_follow_it_is_judged_by_them(folder):
+    # smaller than a cell where the points stand apart
+    write_polygons(folder / "huts.gpkg", {"hut": (150, -105, 158, -97)})
+    around = "points: {{layout: graded, spacing: 24, refine: [{{{}spacing: 2}}]}}".format
+    more = "receptors: huts.gpkg\nstructures: [{kind: building, polygon: huts.gpkg}]\n"
+    text = TEXT.replace("name: small", "name: followed") + more
+    followed = written(folder, text, (LATTICE, around("receptor: hut, margin: 10, ")))
+    (scenario,) = load([followed])
+    x0, x1, y0, y1 = WEST + 140, WEST + 168, NORTH - 115, NORTH - 87
+    there = written(folder, text, (LATTICE, around(f"region: {{x: [{x0}, {x1}], y: [{y0}, {y1}]}}, ")))
+    (same,) = load([there])
+    assert scenario.settings.points == same.settings.points
+    assert scenario.warnings == same.warnings
+    store = run(folder, "followed", (LATTICE, around("receptor: hut, margin: 10, ")), more=more)
+    assert float((store["building"] * store["plan_area"]).sum()) == pytest.approx(64, rel=0.2)
+
+
 def test_a_store_holds_places_on_the_map_and_both_areas(even):
     x, y = even["x"].to_numpy(), even["y"].to_numpy()
     assert (x > WEST).all()
