@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from itertools import chain
 
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy
 
 from solver.arrays import Array
 from solver.points.spacing import Spacing
@@ -61,10 +61,10 @@ def fitted(
     placed = _chosen([*corners, *between], np.array([x, y]), spacing, edges)
     if not len(placed):
         return points
-    fits = cKDTree(placed).query(edges.places)[0] <= CLEARED * spacing.at(edges.places)
+    fits = scipy.spatial.cKDTree(placed).query(edges.places)[0] <= CLEARED * spacing.at(edges.places)
     clear = np.ones(len(points), bool)
     for places in (placed, edges.places[fits]):
-        away, which = cKDTree(places).query(points)
+        away, which = scipy.spatial.cKDTree(places).query(points)
         clear &= away >= CLEARED * spacing.at(places)[which]
     return np.concatenate([points[clear], placed])
 
@@ -98,7 +98,7 @@ class _Edges:
                 pieces.append(np.linspace(start, stop, count, endpoint=False))
                 ends.append(np.tile([start, stop], (count, 1, 1)))
         self.places = np.concatenate(pieces)
-        self._ends, self._tree = np.concatenate(ends), cKDTree(self.places)
+        self._ends, self._tree = np.concatenate(ends), scipy.spatial.cKDTree(self.places)
 
     def distance(self, points: Array) -> Array:
         """Distance of points (n, 2) from the edge that is nearest to each, (n,), m."""
@@ -175,7 +175,7 @@ def _chosen(groups: list[Array], bounds: Array, spacing: Spacing, edges: _Edges)
     beyond = (points < low + LEAST * size[:, None]) | (points > high - LEAST * size[:, None])
     crowded = edges.distance(points) < 0.6 * LEAST * size
     good[owner[beyond.any(axis=1) | crowded]] = False
-    pairs = cKDTree(points).query_pairs(APART * float(size.max()), output_type="ndarray")
+    pairs = scipy.spatial.cKDTree(points).query_pairs(APART * float(size.max()), output_type="ndarray")
     away = np.hypot(*(points[pairs[:, 0]] - points[pairs[:, 1]]).T) / np.minimum(*size[pairs].T)
     alike, close = pairs[away <= SAME], pairs[(away > SAME) & (away < APART)]
     for one, other in sorted(
