@@ -98,6 +98,7 @@ def shared_workers(cluster: object, monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr("pipeline.batch.dask_pool.workers", given)
     monkeypatch.setattr("pipeline.batch.driver.FEW_RUNS", 0)
+    monkeypatch.setattr("pipeline.batch.driver.LITTLE_WORK", -1.0)
 
 
 @pytest.fixture(params=["forked", "dask"])

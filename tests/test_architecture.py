@@ -181,10 +181,3 @@ def test_checking_scenarios_loads_no_kernels_and_no_arrays_of_others(tmp_path):
     code = f"import sys, pipeline; pipeline.load({files}); print({heavy} & set(sys.modules))"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert loaded.stdout.strip() == "set()"
-
-
-def test_a_batch_of_lattices_loads_nothing_that_only_others_need():
-    heavy = "{'xarray', 'dask', 'matplotlib', 'rasterio', 'scipy.linalg', 'scipy.spatial', 'scipy.special'}"
-    code = f"import sys, pipeline.batch.driver, solver.lattice.run; print({heavy} & set(sys.modules))"
-    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert loaded.stdout.strip() == "set()"

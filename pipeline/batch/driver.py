@@ -27,8 +27,9 @@ from pipeline.runs import profile_ends, surface_summary
 from pipeline.runs.domain_search import on_known_domain, settled, settled_together
 from pipeline.runs.duplicates import copies
 from pipeline.runs.runs import Runs, expand, share
+from pipeline.runs.scene_of_run import build_scene
 from pipeline.runs.shared_points import SharedPoints, kept
-from pipeline.runs.template import shares, template
+from pipeline.runs.template import likely_seconds, shares, template
 from pipeline.scenario.scenario import Scenario, differences, said
 from pipeline.store import layout, provenance, zarr_store
 from pipeline.store.place import LEVEL, WHOLE, Part, checkpoint_path, hidden, store_path, summary_path
@@ -44,8 +45,10 @@ if TYPE_CHECKING:
 
     from pipeline.batch.dask_pool import DaskPool, Engine
 
-# as many runs at most are done without Dask, whose cluster takes longer to start than a short run lasts
+# as many runs at most, or as much work by a rough estimate, s, are done without Dask, whose cluster takes
+# longer to start than short runs last
 FEW_RUNS = 16
+LITTLE_WORK = 500.0
 
 
 @dataclass(frozen=True)
@@ -157,9 +160,10 @@ def complete(
                 carried = stack.enter_context(kept(shared, out / f".{hidden(scenario.name)}.points.partial"))
             wanted = pending(path, retry_failed)
             left.append(Todo(scenario, path, runs, carried, wanted, limits, checkpoints, part))
+        work = _work(left, [shared for _, _, shared in made])
         left = _sharing(left, scenarios, out)
         earlier = [each for scenario in scenarios for each in failed(out, scenario.name)]
-        ending = _execute(left, kinds, console, count, engine, part, log, solve)
+        ending = _execute(left, kinds, console, count, engine, part, log, solve, work)
     _tell_earlier([] if retry_failed else earlier, left, console)
     from pipeline.store import run_table
 
@@ -180,6 +184,16 @@ def complete(
             console.print(line, highlight=False, soft_wrap=True)
         counts += found
     return Outcome(ending, counts, whole)
+
+
+def _work(left: Sequence[Todo], shared: Sequence[SharedPoints]) -> float:
+    """Rough processor time of what is left, s; runs are like the first of their scenario. 0 for few runs."""
+    if sum(each.runs_left for each in left) <= FEW_RUNS:
+        return 0.0
+    return sum(
+        each.runs_left * likely_seconds(build_scene(each.runs[0], points))
+        for each, points in zip(left, shared, strict=True)
+    )
 
 
 def _sharing(left: Sequence[Todo], scenarios: Sequence[Scenario], out: Location) -> list[Todo]:
@@ -290,13 +304,14 @@ def _execute(
     part: Part,
     log: Path | None,
     solve: Solve,
+    work: float,
 ) -> Ending:
     total = sum(each.runs_left for each in left)
     if not total:
         return Ending()
     groups = sum(len(each.starts) for each in left)
     width = min(count or cores(), groups) if groups > 1 else 1
-    few = engine is None and total <= FEW_RUNS and can_fork()
+    few = engine is None and (total <= FEW_RUNS or work <= LITTLE_WORK) and can_fork()
     # what can be copied from others comes when these are done
     jobs = (job for again in (False, True) for each in left for job in each.jobs(again=again))
     try:

@@ -34,7 +34,7 @@ from pipeline.scenario.scenario import load
 if __name__ == "__main__":
     file, out, log, free, group, workers = sys.argv[1:]
     if workers == "dask":
-        driver.FEW_RUNS = 0
+        driver.FEW_RUNS, driver.LITTLE_WORK = 0, -1.0
     pipeline.runs.template.group_size = lambda *_: int(group)
     lock_objects.BEAT_SECONDS = 0.2
     with held(located(out)):

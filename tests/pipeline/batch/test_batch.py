@@ -14,7 +14,7 @@ import pytest
 from batches import computed, counts, interrupt, run, start_driver, until
 from stub_solvers import FAILS, KILLS, OVERRUNS, RAISES, breaking, by_friction, slow
 
-from pipeline.batch.driver import ChangedError
+from pipeline.batch.driver import FEW_RUNS, ChangedError
 from pipeline.batch.interrupts import MESSAGE, heard
 from pipeline.batch.local_workers import workers
 from pipeline.batch.progress import Progress
@@ -159,11 +159,25 @@ def test_a_small_batch_loads_neither_dask_nor_xarray(scenario_file, out):
     code = (
         "import sys, pipeline\n"
         f"pipeline.run([{str(scenario_file(20))!r}], {str(out)!r}, quiet=True).table\n"
-        "print(*sorted({'dask', 'distributed', 'xarray', 'scipy.linalg'} & {*sys.modules}))"
+        "print(*sorted({'dask', 'distributed', 'xarray', 'scipy.linalg', 'scipy.spatial'} & {*sys.modules}))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == ""
     assert counts(out / "box.zarr") == {Status.OVERRUN_AND_CUT_OFF: 1}
+
+
+@pytest.mark.parametrize(("work", "loaded"), [("", ""), ("pipeline.batch.driver.LITTLE_WORK = 0.0", "dask")])
+def test_more_runs_are_done_without_dask_where_they_are_short(scenario_file, out, work, loaded):
+    file = scenario_file(*range(20, 20 + FEW_RUNS + 1))
+    code = (
+        f"import sys, pipeline, pipeline.batch.driver\n{work}\n"
+        f"pipeline.run([{str(file)!r}], {str(out)!r}, quiet=True, workers=1)\n"
+        "print(*{'dask'} & {*sys.modules})"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == loaded
+    found = counts(out / "box.zarr")
+    assert found[Status.OVERRUN_AND_CUT_OFF] + found[Status.CUT_OFF] == FEW_RUNS + 1
 
 
 @pytest.mark.parametrize("workers", ["forked", "dask"])

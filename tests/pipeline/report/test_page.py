@@ -80,6 +80,7 @@ def place(tmp_path_factory, cluster):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(dask_pool, "workers", given)
         patch.setattr(driver, "FEW_RUNS", 0)
+        patch.setattr(driver, "LITTLE_WORK", -1.0)
         run(folder / "out", *files, solve=partial(moving, log=folder / "log"))
     shown = CliRunner().invoke(app, ["report", str(folder / "out"), "--run", "1"])
     assert shown.exit_code == 0, shown.output

@@ -67,6 +67,7 @@ def there(bucket, workers_there, monkeypatch):
 
     monkeypatch.setattr("pipeline.batch.dask_pool.workers", given)
     monkeypatch.setattr("pipeline.batch.driver.FEW_RUNS", 0)
+    monkeypatch.setattr("pipeline.batch.driver.LITTLE_WORK", -1.0)
     return located(f"{bucket}/{uuid4().hex}")
 
 
