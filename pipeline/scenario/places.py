@@ -19,7 +19,7 @@ from pipeline.scenario import solver_objects, structures
 from pipeline.scenario.solver_objects import Outlines
 from pipeline.scenario.strict_yaml import Path
 from pipeline.settings.hazard import Georeference
-from pipeline.settings.points import GradedPoints
+from pipeline.settings.points import GradedPoints, Refine, Region
 from pipeline.settings.receptor import Receptor
 from pipeline.settings.section import Pair
 from pipeline.settings.settings import Domain, Settings
@@ -105,12 +105,22 @@ def refined_at(receptors: Sequence[Receptor], settings: Settings) -> Settings:
         return settings
     known = {each.name: each for each in receptors}
     refine = tuple(
-        each.around(known[each.receptor]) if each.receptor in known else each
+        _around(known[each.receptor], each) if each.receptor in known else each
         for each in settings.points.refine
     )
     if refine == settings.points.refine:
         return settings
     return settings.model_copy(update={"points": settings.points.model_copy(update={"refine": refine})})
+
+
+def _around(receptor: Receptor, refine: Refine) -> Refine:
+    """Give the line or the rectangle around the receptor that a refinement names."""
+    if receptor.line is not None:
+        return Refine(line=receptor.line, margin=refine.margin, spacing=refine.spacing)
+    # bounds increase, also around a point without a margin
+    reach = max(refine.margin, refine.spacing / 2)
+    x, y = ((min(each) - reach, max(each) + reach) for each in zip(*receptor.corners, strict=True))
+    return Refine(region=Region(x=x, y=y), spacing=refine.spacing)
 
 
 def unknown_receptors(settings: Settings) -> list[Problem]:

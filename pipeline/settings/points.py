@@ -8,7 +8,6 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, Tag, model_validator
 
-from pipeline.settings.receptor import Receptor
 from pipeline.settings.section import Pair, Positive, Section, check_bounds, chosen_by, key, relation
 
 MOST_SCATTERED = 10_000_000
@@ -105,15 +104,6 @@ class Refine(Section):
         if self.region is not None and self.margin > 0:
             raise relation("expected no margin with region, found one", "margin", "region")
         return self
-
-    def around(self, receptor: Receptor) -> Refine:
-        """Give the line or the rectangle around the receptor that it names."""
-        if receptor.line is not None:
-            return Refine(line=receptor.line, margin=self.margin, spacing=self.spacing)
-        # bounds increase, also around a point without a margin
-        reach = max(self.margin, self.spacing / 2)
-        x, y = ((min(each) - reach, max(each) + reach) for each in zip(*receptor.corners, strict=True))
-        return Refine(region=Region(x=x, y=y), spacing=self.spacing)
 
     @property
     def area(self) -> float:
