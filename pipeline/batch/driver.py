@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Container, Iterator, Sequence
+from collections.abc import Callable, Collection, Container, Iterator, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
@@ -160,7 +160,7 @@ def complete(
                 carried = stack.enter_context(kept(shared, out / f".{hidden(scenario.name)}.points.partial"))
             wanted = pending(path, retry_failed)
             left.append(Todo(scenario, path, runs, carried, wanted, limits, checkpoints, part))
-        work = _work(left, [shared for _, _, shared in made])
+        work = partial(_work, left, [shared for _, _, shared in made])
         left = _sharing(left, scenarios, out)
         earlier = [each for scenario in scenarios for each in failed(out, scenario.name)]
         ending = _execute(left, kinds, console, count, engine, part, log, solve, work)
@@ -187,9 +187,7 @@ def complete(
 
 
 def _work(left: Sequence[Todo], shared: Sequence[SharedPoints]) -> float:
-    """Rough processor time of what is left, s; runs are like the first of their scenario. 0 for few runs."""
-    if sum(each.runs_left for each in left) <= FEW_RUNS:
-        return 0.0
+    """Rough processor time of what is left, s; runs are like the first of their scenario."""
     return sum(
         each.runs_left * likely_seconds(build_scene(each.runs[0], points))
         for each, points in zip(left, shared, strict=True)
@@ -304,20 +302,20 @@ def _execute(
     part: Part,
     log: Path | None,
     solve: Solve,
-    work: float,
+    work: Callable[[], float],
 ) -> Ending:
     total = sum(each.runs_left for each in left)
     if not total:
         return Ending()
     groups = sum(len(each.starts) for each in left)
     width = min(count or cores(), groups) if groups > 1 else 1
-    few = engine is None and (total <= FEW_RUNS or work <= LITTLE_WORK) and can_fork()
     # what can be copied from others comes when these are done
     jobs = (job for again in (False, True) for each in left for job in each.jobs(again=again))
     try:
         with _reported(console, total, log, left) as progress, heard(progress.tell) as interrupts:
             if part != WHOLE:
                 return execute_here(jobs, progress.report, interrupts, solve)
+            few = engine is None and can_fork() and (total <= FEW_RUNS or work() <= LITTLE_WORK)
             # workers elsewhere have a disk of their own
             ahead = head_start(() if engine else kinds)
             with main_not_imported(), ahead as processes, _pool(few, width, engine, solve) as pool:
