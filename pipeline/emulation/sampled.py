@@ -19,7 +19,7 @@ from pipeline.assess.spacing import root_rows
 from pipeline.assess.tables import values
 from pipeline.emulation.errors import NotEmulatedError
 from pipeline.emulation.inputs import Inputs
-from pipeline.hazard.discretisation import ONE_SPACING
+from pipeline.hazard.discretisation import ONE_SPACING, told_of
 from pipeline.scenario.scenario import stored
 from pipeline.settings.settings import Settings
 from pipeline.store.place import LEVEL, chosen_paths, store_path
@@ -235,8 +235,7 @@ class Sampled:
         """Say what the error of the spacing is from."""
         if len(self.stores) == 1:
             return ONE_SPACING
-        widest, closest = self.spacings[0], self.spacings[-1]
-        return f"from {widest:g} to {closest:g} m, by {len(self.usable[-1])} runs on both"
+        return told_of(self.spacings[0], self.spacings[-1], len(self.usable[-1]))
 
     @property
     def left_out(self) -> str:

@@ -18,6 +18,11 @@ ONE_SPACING = "one spacing: not estimated"
 TOGETHER = "of all scenarios together: not estimated"
 
 
+def told_of(widest: float, closest: float, runs: int) -> str:
+    """Say what the error of the spacing is from: spacings, m, and the number of runs on both."""
+    return f"from {widest:g} to {closest:g} m, by {runs} runs on both"
+
+
 def with_discretisation(
     found: xr.Dataset, coarse: xr.Dataset, fine: xr.Dataset, asked: Hazard, entries: int
 ) -> xr.Dataset:
@@ -44,7 +49,7 @@ def with_discretisation(
     before, after = paired(coarse, fine, entries)
     weight = weights(coarse)[before]
     steps = [float(np.diff(np.sort(each["x"].to_numpy())).mean()) for each in (coarse, fine)]
-    told = f"from {steps[0]:g} to {steps[1]:g} m, by {len(before)} runs on both"
+    told = told_of(steps[0], steps[1], len(before))
     if not weight.sum() > 0:
         return found.assign_attrs({ENDING[1:]: "not estimated: no run is computed on both spacings"})
     for quantity in QUANTITIES:

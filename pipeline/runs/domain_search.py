@@ -221,12 +221,12 @@ def _found(scenario: Scenario, tell: Callable[[str], None], threads: int) -> _Bo
         while done < len(runs):
             # rounds of 1, 1, 2, 4, ... runs: all of a round begin with what held the flow of those before
             some = runs[done : max(1, 2 * done)]
-            _shared(scenario, around, wide)
+            _around(scenario, around, wide)
             began = around
-            for lattice, x, y in pool.map(partial(_flow, scenario, around=began, wide=wide), some):
+            for box, x, y in pool.map(partial(_flow, scenario, around=began, wide=wide), some):
                 done += 1
                 _log.info("%s: domain, run %d of %d", scenario.name, done, len(runs))
-                around, flow = around.holding(lattice.x, lattice.y), flow.holding(x, y)
+                around, flow = around.holding(box.x, box.y), flow.holding(x, y)
     domain = _rounded(scenario, flow, spacing, wide)
     tell(f"{scenario.name}: domain x {list(domain.x)}, y {list(domain.y)} m, found by {count} on {wide:g} m")
     for line in doubts(scenario, runs, flow.x, domain):
@@ -284,7 +284,8 @@ def _flow(scenario: Scenario, run: Run, around: _Box, wide: float) -> tuple[_Box
         points = settings.points.model_copy(update={"spacing": wide})
         settings = settings.model_copy(update={"points": points})
     while True:
-        lattice = _lattice(ground, around, wide)
+        x, y = (_whole_cells(side, wide, ground) for side in (around.x, around.y))
+        lattice = Lattice(x, y, wide)
         if len(lattice.x_points) * len(lattice.y_points) > MOST_POINTS:
             document = parse(scenario.text, str(scenario.path))
             low, high = around.x
@@ -293,7 +294,10 @@ def _flow(scenario: Scenario, run: Run, around: _Box, wide: float) -> tuple[_Box
             )
             raise BadInput([document.mistake(("domain",), found)])
         here = settings.model_copy(update={"domain": Domain(x=around.x, y=around.y)})
-        prepared = build_scene(replace(run, settings=here), _shared(scenario, around, wide))
+        shared = SharedPoints(lattice, {}, frozenset())
+        if (read := _around(scenario, around, wide)) is not None:
+            shared = replace(shared, rasters=read.rasters, depths=read.depths)
+        prepared = build_scene(replace(run, settings=here), shared)
         ends = prepared.times[[0, -1]]
         wet = simulate(prepared.scene, ends, arrival_depth=prepared.threshold, frames=()).max_depth > 0
         sides = (wet[:, :CLEAR], wet[:, -CLEAR:], wet[:CLEAR], wet[-CLEAR:])
@@ -307,19 +311,12 @@ def _flow(scenario: Scenario, run: Run, around: _Box, wide: float) -> tuple[_Box
     return around, (float(along[0]), float(along[-1])), (float(across[0]), float(across[-1]))
 
 
-def _lattice(ground: Ground | None, around: _Box, wide: float) -> Lattice:
-    x, y = (_whole_cells(side, wide, ground) for side in (around.x, around.y))
-    return Lattice(x, y, wide)
-
-
-def _shared(scenario: Scenario, around: _Box, wide: float) -> SharedPoints:
-    """Give what the runs within a box share, rasters of an elevation model read once."""
-    shared = SharedPoints(_lattice(scenario.ground, around, wide), {}, frozenset())
+def _around(scenario: Scenario, box: _Box, wide: float) -> Ground | None:
+    """Give the rasters around a box, which its runs share; None on a profile."""
     if scenario.ground is None:
-        return shared
+        return None
     with _told_of(scenario):
-        read = _read(scenario.ground, around.x, around.y, 2 * wide)
-    return replace(shared, rasters=read.rasters, depths=read.depths)
+        return _read(scenario.ground, box.x, box.y, 2 * wide)
 
 
 def _whole_cells(side: Pair, wide: float, ground: Ground | None) -> Pair:
