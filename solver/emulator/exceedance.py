@@ -127,10 +127,12 @@ def exceedances(levels: Levels, asked: Sequence[float], draws: Draws, weight: Ar
         if not some.size:
             continue
         part = block.of(some)
-        whole, of_paths = at_all.means(part), np.ascontiguousarray(means[-1][:, some].T)
+        whole, of_paths = at_all.means(part)[-1], np.ascontiguousarray(means[-1][:, some].T)
+        scales = np.stack(part.scales)
         for each, open_ended in zip(found, uncertain, strict=True):
-            each.fully(start + some, open_ended[some], at_all, draws, part, whole)
-            each.over_paths(start + some, open_ended[some], part, of_paths, paths, few)
+            rows, columns = start + some[open_ended[some]], np.flatnonzero(open_ended[some])
+            each.fully(rows, columns, at_all, draws, scales, whole)
+            each.over_paths(rows, columns, scales, of_paths, paths, few)
     return [each.exceedance(levels, 1 / float(weight @ weight)) for each in found]
 
 
@@ -156,32 +158,31 @@ class _Sums:
         self, start: int, at: Predictor, few: Draws, block: Levels, means: Array
     ) -> NDArray[np.bool_]:
         """Take the few draws for a block of outputs, and say which are not certain by them, (c,)."""
-        rough = _above(at, few, block, means, self.level)[0]
+        scales = np.stack(block.scales)
+        rough = _above(at, few, scales, means[-1], self.level)[0]
         rows = slice(start, start + len(rough))
         self.probability[rows] = self.coarse[rows] = rough
         if self.several:
-            self.coarse[rows] = _above(at, few, block, means[:1], self.level)[0]
+            self.coarse[rows] = _above(at, few, scales[:1], means[0], self.level)[0]
         uncertain: NDArray[np.bool_] = (rough > CERTAIN) & (rough < 1 - CERTAIN)
         return uncertain
 
     def fully(
-        self, rows: Rows, some: NDArray[np.bool_], at: Predictor, draws: Draws, part: Levels, means: Array
+        self, rows: Rows, columns: Rows, at: Predictor, draws: Draws, scales: Array, mean: Array
     ) -> None:
-        """Take all draws for some of the outputs in rows."""
-        share, spread, of_draws = (each[some] for each in _above(at, draws, part, means, self.level))
-        rows = rows[some]
-        self.probability[rows] = self.coarse[rows] = share
+        """Take all draws for outputs in rows, of these columns; the change of levels is of the few."""
+        part = mean if len(columns) == mean.shape[1] else mean[:, columns]
+        share, spread, of_draws = _above(at, draws, scales[:, columns], part, self.level)
+        self.coarse[rows] += share - self.probability[rows]
+        self.probability[rows] = share
         self.spread[rows], self.variance[rows] = spread, of_draws
-        if self.several:
-            self.coarse[rows] = _above(at, draws, part, means[:1], self.level)[0][some]
 
     def over_paths(
-        self, rows: Rows, some: NDArray[np.bool_], part: Levels, means: Floats, paths: Floats, few: Draws
+        self, rows: Rows, columns: Rows, scales: Array, means: Floats, paths: Floats, few: Draws
     ) -> None:
-        """Add the variance over paths for some of the outputs in rows, whose means are of shape (c, m)."""
-        roots = np.stack(part.scales)[:, some] ** 0.5
-        found = over_paths(means[some] - SINGLE.type(self.level), roots, paths, few)
-        self.variance[rows[some]] += self.score.calibration * found
+        """Add the variance over paths for outputs in rows, of these columns of means of shape (c, m)."""
+        found = over_paths(means[columns] - SINGLE.type(self.level), scales[:, columns] ** 0.5, paths, few)
+        self.variance[rows] += self.score.calibration * found
 
     def exceedance(self, levels: Levels, runs: float) -> Exceedance:
         """Put the sums together; runs : how many equally weighted ones say as much."""
@@ -220,17 +221,16 @@ def over_paths(above: Floats, roots: Array, paths: Floats, few: Draws) -> Array:
 
 
 def _above(
-    at: Predictor, draws: Draws, levels: Levels, means: Array, level: float
+    at: Predictor, draws: Draws, scales: Array, mean: Array, level: float
 ) -> tuple[Array, Array, Array]:
     """Share of the draws above a level, (c,), how unsure they are and the variance of so many draws.
 
-    means : shape (parts, m, c), the coarsest level first and what each finer one makes of it.
+    scales, mean : shapes (parts, c) and (m, c), of the level that the parts make up together.
     """
-    parts, _, outputs = means.shape
+    (parts, outputs), single = scales.shape, scales.astype(SINGLE)
     found, square = np.zeros((draws.blocks, outputs)), np.zeros(outputs)
-    scales = np.stack(levels.scales[:parts]).astype(SINGLE)
     shares_above(
-        means[-1], SINGLE.type(level), at.variances[:parts], scales, draws.share.astype(SINGLE),
+        mean, SINGLE.type(level), at.variances[:parts], single, draws.share.astype(SINGLE),
         draws.block, NORMAL[SINGLE], np.empty(outputs, SINGLE), found, square,
     )  # fmt: skip
     share = found.sum(axis=0)
