@@ -48,7 +48,7 @@ if TYPE_CHECKING:
 # as many runs at most, or as much work by a rough estimate, s, are done without Dask, whose cluster takes
 # longer to start than short runs last
 FEW_RUNS = 16
-LITTLE_WORK = 500.0
+LITTLE_WORK = 1000.0
 
 
 @dataclass(frozen=True)

@@ -24,13 +24,15 @@ import yaml
 from pipeline.emulation.emulate import FILE as EMULATED_FILE
 from pipeline.hazard.netcdf import FILE as HAZARD_FILE
 from pipeline.studies.emulation.cases import VALLEY, with_absolute_files
-from pipeline.studies.emulation.pictures import CLOSE, FINE, FINE_PAIRS, PAIRS, THRESHOLDS, WIDE
+from pipeline.studies.emulation.pictures import CLOSE, FINE, THRESHOLDS, WIDE
 from pipeline.studies.emulation.truth import Truth
 from pipeline.studies.emulation.valley import OPEN, SHIPPED, over_blocks
 from solver.emulator.scores import TWO_SIDED
 
 SEEDS = (101, 102)
 LEVELS_FILE = VALLEY.file.with_name("levels.yaml")
+# runs that it does on the wide and on the close spacing
+LEVELS_COUNTS = 64, 32
 
 
 @dataclass(frozen=True)
@@ -47,22 +49,20 @@ class Way:
         Scenario.
     command : str
         That makes the maps, ``hazard`` or ``emulate``.
-    points, sample : mapping
-        Keys of these sections that are changed.
+    sample : mapping
+        Keys of the section that are changed.
     """
 
     name: str
     words: str
     file: Path
     command: str
-    points: Mapping[str, Any] = field(default_factory=dict)
     sample: Mapping[str, Any] = field(default_factory=dict)
 
     def scenario(self, seed: int) -> dict[str, Any]:
         """Give the scenario with a seed."""
         content: dict[str, Any] = yaml.safe_load(self.file.read_text(encoding="utf-8"))
         content = with_absolute_files(content, self.file.parent)
-        content["points"] = content["points"] | dict(self.points)
         content["sample"] = content["sample"] | dict(self.sample) | {"seed": seed}
         return content
 
@@ -70,16 +70,13 @@ class Way:
 SOBOL = {"design": "sobol", "count": 64}
 WAYS = (
     Way("plain", f"{SHIPPED} runs at {CLOSE:g} m", VALLEY.file, "hazard"),
-    Way("levels", f"64 at {WIDE:g} m, {PAIRS} at {CLOSE:g} m, emulated", LEVELS_FILE, "emulate"),
-    Way("alone", f"64 at {CLOSE:g} m, emulated", VALLEY.file, "emulate", sample=SOBOL),
     Way(
-        "finest",
-        f"64 at {WIDE:g} m, {FINE_PAIRS} at {FINE:g} m, emulated",
+        "levels",
+        f"{LEVELS_COUNTS[0]} at {WIDE:g} m, {LEVELS_COUNTS[1]} at {CLOSE:g} m, emulated",
         LEVELS_FILE,
         "emulate",
-        points={"spacing": FINE},
-        sample={"levels": [{"spacing": WIDE, "count": 64}, {"spacing": FINE, "count": FINE_PAIRS}]},
     ),
+    Way("alone", f"64 at {CLOSE:g} m, emulated", VALLEY.file, "emulate", sample=SOBOL),
 )
 
 

@@ -166,7 +166,7 @@ def test_ways_to_maps_are_compared_by_time_and_error_and_done_once(truth, tmp_pa
     close, fine = truth[CLOSE], truth[FINE]
     asked = []
     off, time = (
-        {"plain": 0.02, "levels": 0.005, "alone": 0.008, "finest": 0.01},
+        {"plain": 0.02, "levels": 0.005, "alone": 0.008},
         {"run": 40.0, "hazard": 20.0, "emulate": 5.0},
     )
 
@@ -221,13 +221,13 @@ def test_blocks_are_within_the_truth():
 
 
 def test_ways_are_the_shipped_scenarios_with_another_seed():
-    plain, levels, alone, finest = (way.scenario(7) for way in WAYS)
+    plain, levels, alone = (way.scenario(7) for way in WAYS)
     assert (alone["points"]["spacing"], alone["sample"]["count"]) == (4, 64)
     assert plain["sample"]["count"] == valley.SHIPPED
-    assert {each["sample"]["seed"] for each in (plain, levels, finest)} == {7}
-    assert levels["sample"]["levels"] == [{"spacing": 8, "count": 64}, {"spacing": 4, "count": 16}]
-    assert finest["points"]["spacing"] == 2
-    assert finest["sample"]["levels"][-1] == {"spacing": 2, "count": 4}
+    assert {each["sample"]["seed"] for each in (plain, levels)} == {7}
+    counts = [level["count"] for level in levels["sample"]["levels"]]
+    assert tuple(counts) == commands.LEVELS_COUNTS
+    assert WAYS[1].words.startswith(f"{counts[0]} at 8 m, {counts[1]} at 4 m")
     # files are named from the root
     assert plain["terrain"]["file"].startswith("/")
     assert yaml.safe_dump(plain)
