@@ -337,12 +337,16 @@ def sides_of(scene: Scene) -> Sides:
     if isinstance(scene.terrain, Surface):
         if given != ("open",) * 4:
             raise ValueError("on a surface all sides are open")
-        return Sides(np.full(4, OPEN), *np.zeros((4, 4)))
+        return Sides(np.full(4, OPEN), *np.zeros((6, 4)))
     for side in given:
         if side not in KINDS and (isinstance(side, str) or not 0 <= side < np.inf):
             raise ValueError(f"a side must be one of {', '.join(KINDS)} or a depth, not {side!r}")
     along, normal = gravity_along_and_normal(scene, np.array(scene.points.x), np.full(2, scene.points.y[0]))
     lean = np.sign(along) * np.maximum(0.0, np.abs(along) - scene.least_coefficient * normal)
+    x = scene.points.x_points if isinstance(scene.points, Lattice) else scene.points.coordinates[0]
+    along, normal = gravity_along_and_normal(scene, x, np.full(x.shape, scene.points.y[0]))
+    held = scene.least_coefficient * normal
+    driving = (max(0.0, float((way * along - held).max())) for way in (1.0, -1.0))
     h, *velocity = state_of(scene)
     u, v = (np.where(h > 0, q, 0.0) for q in velocity)
     first = np.array([float(np.max(each, initial=0.0)) for each in (u, -u, v, -v)])
@@ -351,6 +355,8 @@ def sides_of(scene: Scene) -> Sides:
         np.array([0.0 if isinstance(s, str) else float(s) for s in given]),
         np.array([*lean, 0.0, 0.0]),
         first,
+        first.copy(),
+        np.array([*driving, 0.0, 0.0]),
         first.copy(),
     )
 

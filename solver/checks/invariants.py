@@ -18,6 +18,7 @@ from solver.kernels.friction import resistance_at_rest
 from solver.physics.earth_pressure import Isotropic
 from solver.physics.friction import Edwards
 from solver.physics.resistance import DryTurbulent
+from solver.points.lattice import Lattice
 from solver.run import sides_of
 from solver.scene import Scene
 
@@ -33,6 +34,23 @@ GROWTH, FALL = 0.1, 0.1
 # Everything is at rest after so many times the time that friction takes to stop the first speed limit.
 PATIENCE = 10.0
 ROUND_OFF = 1e-9
+
+
+def pressed_against_walls(scene: Scene, along: Array) -> NDArray[np.bool_]:
+    """Cells beside a wall at x_min or x_max that gravity along the bed, m s-2, presses them against."""
+    points, sides = scene.points, scene.boundaries
+    found = np.zeros(points.shape, dtype=bool)
+    for side, (kind, sign) in enumerate(((sides.x_min, -1.0), (sides.x_max, 1.0))):
+        if kind not in ("wall", "no-slip"):
+            continue
+        beside = np.zeros_like(found)
+        if isinstance(points, Lattice):
+            beside[:, -side] = True
+        else:
+            cells = points.control_volumes
+            beside[cells.side_cell[cells.side == side]] = True
+        found |= beside & (sign * along > 0.0)
+    return found
 
 
 class Laws:
@@ -99,6 +117,7 @@ class Laws:
         self.coarseness = spacing / length
         # a fall is resolved to a spacing
         self.unresolved = self.released * float(np.abs(self.along).max()) * spacing
+        self.at_wall = pressed_against_walls(scene, self.along)
 
     def total(self, density: Array | float) -> float:
         """Integrate over the points."""
@@ -116,6 +135,16 @@ class Laws:
         """Work of gravity over a spacing, on all that is in the flow."""
         share = state.entrained / self.released if self.released > 0 else 0.0
         return self.unresolved * (1.0 + share)
+
+    def held_up(self, before: State, after: State) -> float:
+        """Most that gravity gives in a step to what cannot fall, in the cells that it presses against walls.
+
+        A wall takes what a cell has when a stage begins, and not what gravity gives it in that stage. What
+        lies there gains a velocity of a dt at most, and loses it to the wall in the next step.
+        """
+        dt, a = after.time - before.time, np.abs(self.along)
+        gained = a * dt * (np.hypot(before.u, before.v) + 0.5 * a * dt)
+        return self.total(np.where(self.at_wall, np.maximum(before.h, after.h) * gained, 0.0))
 
     def overtaken(self, state: State) -> float:
         """Depth that is eroded beyond what there is, or less than none, m."""
@@ -194,6 +223,7 @@ class Laws:
             height = self.total(flow * self.potential) + self.lift(after) - self.lift(before)
             own = self.kinetic + self.pressed + self.kinetic_of(before)
             slack = GROWTH * self.coarseness * own + FALL * self.unresolved_of(before)
+            slack += self.held_up(before, after)
             checks.append(Check("energy grows by gravity's work", (grown - energy - height) / slack, 1.0))
         if self.scene.friction.comes_to_rest:
             held = self.held(before)

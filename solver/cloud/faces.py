@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from solver.arrays import Array, Indices, Numbers
 from solver.compiled import kernel
-from solver.kernels.boundary import leaving_at_depth
+from solver.kernels.boundary import along_at_depth, leaving_at_depth
 from solver.kernels.flow_axes import normal_pressure
 from solver.kernels.state import DEPTH, LANES, NO_SLIP, WALL, Fields, Sides, Status
 from solver.points.voronoi import ControlVolumes
@@ -238,11 +238,10 @@ def fill_ghosts_beyond(
         u[ghost], v[ghost] = u[i], v[i]
         if kind == DEPTH:
             sign = 1.0 if side % 2 == 1 else -1.0
+            depth, fastest, along = sides.depth[side], sides.fastest[side], sides.alongside
             if side < 2:
-                u[ghost] = sign * leaving_at_depth(
-                    sign * u[i], h[i], sides.depth[side], b_x, sides.fastest[side]
-                )
+                u[ghost] = sign * leaving_at_depth(sign * u[i], h[i], depth, b_x, fastest)
+                v[ghost] = along_at_depth(v[i], depth, b_x, along[2], along[3])
             else:
-                v[ghost] = sign * leaving_at_depth(
-                    sign * v[i], h[i], sides.depth[side], b_y, sides.fastest[side]
-                )
+                v[ghost] = sign * leaving_at_depth(sign * v[i], h[i], depth, b_y, fastest)
+                u[ghost] = along_at_depth(u[i], depth, b_y, along[0], along[1])

@@ -327,7 +327,7 @@ def state_at_face(
     h_behind = h_beyond - 2.0 * gap[0]
     ahead, t_ahead = n_beyond if h_beyond > dry else n, t_beyond if h_beyond > dry else t
     n_behind = ahead - 2.0 * gap[1]
-    steepness = steepness_of(sign * (n_behind if h_behind > dry else n), sign * ahead)
+    steepness = steepness_of(sign * (n_behind if h_behind > dry else n), sign * ahead, False)
     n_step = step_to_face(gap[1], ahead - n, part, steepness) + off[1]
     t_step = step_to_face(gap[2], t_ahead - t, part, 2.0) + off[2]
     slower = -(n * n_step + t * t_step)

@@ -18,6 +18,7 @@ from solver.kernels.boundary import status_at_depth
 from solver.kernels.earth_pressure import earth_pressure, wave_speed
 from solver.kernels.flow_axes import normal_pressure, pressure_along_axes, sheared
 from solver.kernels.friction import below_yield, law_at, raised_rate
+from solver.kernels.runge_kutta import raised_by_fall
 from solver.kernels.state import (
     BELOW_YIELD,
     DEPTH,
@@ -169,8 +170,8 @@ def set_status(
         waves = around * wave_speed(wave, b_mean, h)
         square = m_x * (u * u) + (1.0 - m_x) * (v * v) + 2.0 * m_xy * (u * v)
         mean, most = around * math.sqrt(square if square > 0.0 else 0.0), w_x * abs(u) + w_y * abs(v)
-        leaving = (mean if mean < most else most) + waves
-        leaving = leaving if leaving > bed.falling[i] else bed.falling[i]
+        carried = mean if mean < most else most
+        leaving = raised_by_fall(carried + waves, carried, bed.falling[i])
         leaving = raised_rate(law_at(material.law, i), leaving, h, normal, material.dry)
         rate[i] = leaving if wet else 0.0
 

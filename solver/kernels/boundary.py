@@ -134,6 +134,27 @@ def drive_layers(sides: Sides, time: float) -> None:
         inward = sides.excess[k] if k == 0 else -sides.excess[k]
         # an even layer inside, which is as fast, differs by round-off
         sides.fastest[k] = (1.0 + ROUND_OFF) * (sides.first[k] + max(0.0, inward) * time)
+        sides.alongside[k] = (1.0 + ROUND_OFF) * (sides.first[k] + sides.driving[k] * time)
+
+
+@kernel(inline=True)
+def along_at_depth(along: float, depth: float, beta: float, forth: float, back: float) -> float:
+    """Velocity beyond a side of given depth along it, m s-1.
+
+    It is that of the cell inside, but no more than that of waves outside or than `drive_layers` tells. What
+    comes in would bring along what pressure has made of it on its way, and feed itself.
+
+    Parameters
+    ----------
+    along : float
+        Velocity of the cell inside along the side, m s-1.
+    depth, beta : float
+        Given depth, m, and g cos(xi) K of the cell, m s-2.
+    forth, back : float
+        ``alongside`` of `Sides` along the side and against it, m s-1.
+    """
+    waves = math.sqrt(beta * depth)
+    return min(max(along, -max(back, waves)), max(forth, waves))
 
 
 @kernel()

@@ -46,19 +46,38 @@ def limited(wanted: float, behind: float, ahead: float, steepness: float) -> flo
 
 
 @kernel(inline=True)
-def steepness_of(behind: float, ahead: float) -> float:
+def slips(n: float, behind: tuple[float, float], ahead: tuple[float, float]) -> bool:
+    """Whether a cell moves between two that rest.
+
+    Parameters
+    ----------
+    n : float
+        Its normal velocity, m s-1.
+    behind, ahead : tuple
+        Normal and tangential velocity of the neighbours, m s-1; of a dry one those of the cell.
+    """
+    around = (abs(behind[0]) + abs(ahead[0])) + (abs(behind[1]) + abs(ahead[1]))
+    return (around == 0.0) & (n != 0.0)
+
+
+@kernel(inline=True)
+def steepness_of(behind: float, ahead: float, slips: bool) -> float:
     """Steepness for depth and normal velocity: 1 where the flow is being stopped, else 2.
 
     It is where it loses at least half its speed from one neighbour to the other: a steeper limiter rings at a
-    granular shock, and friction turns the ringing into a wrong shock speed.
+    granular shock, and friction turns the ringing into a wrong shock speed. A cell that slips between two at
+    rest is stopped too. It would show where it moves to no more than what rests there, which gave back all
+    that it brings.
 
     Parameters
     ----------
     behind, ahead : float
         Normal velocities of the neighbours, m s-1.
+    slips : bool
+        From `slips`.
     """
     slower = min(abs(ahead), abs(behind))
-    return 1.0 if slower < behind - ahead else 2.0
+    return 1.0 if slips | (slower < behind - ahead) else 2.0
 
 
 @kernel(inline=True)

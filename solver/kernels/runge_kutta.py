@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 from solver.arrays import Array, Indices
@@ -10,6 +11,8 @@ from solver.compiled import kernel
 # Eq. 14: weights of each stage's result in U = U_0 + part (U_k - U_0 + dt L(U_k)).
 SSP_RK3 = (1.0, 1 / 4, 2 / 3)
 REACHED, AT_REST, OUT_OF_STEPS, NOT_FINITE, COLLAPSED, GROW, OUT_OF_TIME = range(7)
+# A rate, s-1, whose square is a number still.
+FASTEST = 1e150
 # What the parts of a step return that does not stop the run.
 CONTINUE = -1
 
@@ -98,6 +101,30 @@ def step_length(rate: float, cfl: float, remaining: float, shortest: float) -> f
     if dt >= remaining:
         return remaining
     return 0.5 * remaining if 2.0 * dt > remaining else dt
+
+
+@kernel(inline=True)
+def raised_by_fall(rate: float, carried: float, falling: float) -> float:
+    """Wave rate of a cell, s-1, raised where gravity speeds the flow up within a step.
+
+    Later stages move a cell with the velocity u + a dt of the end of the step, and an even layer gives away
+    the part dt (u + a dt)/dx of what it has. A film, which has next to no waves, would give more than it has
+    where u dt = cfl dx alone bounds the step: what it cannot give is faster without having fallen. Of
+    ``dt (u + a dt) <= cfl dx`` this is the rate cfl/dt.
+
+    Parameters
+    ----------
+    rate : float
+        Wave rate, s-1.
+    carried : float
+        The same without waves, ``|u|/dx + |v|/dy``, s-1.
+    falling : float
+        ``sqrt(cfl a/dx)``, s-1: what it is from rest, by `solver.run.falling_rate`.
+    """
+    # what is faster than that has no square, and gravity has no part in its step
+    carried = carried if carried < FASTEST else FASTEST
+    fallen = 0.5 * (carried + math.sqrt(carried * carried + 4.0 * falling * falling))
+    return fallen if fallen > rate else rate
 
 
 @kernel()

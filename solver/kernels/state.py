@@ -64,6 +64,11 @@ class Sides(NamedTuple):
     first, fastest
         Inward speed that a layer beyond a DEPTH side has at most, m s-1: at the start and, by `drive_layers`,
         now.
+    driving
+        What gravity along the bed has over dry friction in the domain at most, m s-2: along x, against it,
+        and the same for y.
+    alongside
+        Speed along a DEPTH side that a layer beyond it has at most now, m s-1, in the same directions.
     """
 
     kind: Indices
@@ -71,6 +76,8 @@ class Sides(NamedTuple):
     excess: Array
     first: Array
     fastest: Array
+    driving: Array
+    alongside: Array
 
 
 class Fluxes(NamedTuple):

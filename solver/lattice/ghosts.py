@@ -6,7 +6,7 @@ import numpy as np
 
 from solver.arrays import Array, Indices
 from solver.compiled import ONE, kernel
-from solver.kernels.boundary import leaving_at_depth
+from solver.kernels.boundary import along_at_depth, leaving_at_depth
 from solver.kernels.state import (
     AXIS,
     DEPTH,
@@ -53,6 +53,8 @@ def ghosts_beyond(
     beta: float,
     rise: float,
     fastest: float,
+    forth: float,
+    back: float,
 ) -> None:
     """Fill the ghosts beyond one outermost cell.
 
@@ -68,8 +70,8 @@ def ghosts_beyond(
         Depth outside a DEPTH side, m, and g cos(xi) K of the cell, m s-2.
     rise : float
         Change of depth per spacing outward that gravity needs at a wall, m.
-    fastest : float
-        Of `Sides`, m s-1.
+    fastest, forth, back : float
+        Of `Sides`, m s-1: that of the side, and ``alongside`` it and against it.
     """
     for k in range(GHOSTS):
         ghost, mirror = cell + (k + 1) * outward, cell - k * outward
@@ -80,7 +82,7 @@ def ghosts_beyond(
             h[ghost], n[ghost], t[ghost] = h[cell], n[cell], t[cell]
         else:
             sign = 1.0 if outward > 0 else -1.0
-            h[ghost], t[ghost] = depth, t[cell]
+            h[ghost], t[ghost] = depth, along_at_depth(t[cell], depth, beta, forth, back)
             n[ghost] = sign * leaving_at_depth(sign * n[cell], h[cell], depth, beta, fastest)
 
 
@@ -127,23 +129,26 @@ def fill_ghosts(
     """
     h, u, v = now
     m, rows = grid.stride, grid.rows
-    kind, depth, excess, _, fastest = sides
+    kind, depth, excess, _, fastest, _, along = sides
     for j in range(max(first - GHOSTS, 0), min(last + GHOSTS, rows - 1) + 1):
         filled = spans[0, j] < spans[1, j]
         if kind[0] == DEPTH or (filled and spans[0, j] < 2 * GHOSTS):
             cell = j * m + GHOSTS
             rise = -excess[0] * grid.dx / beta_x[cell]
-            ghosts_beyond(h, u, v, cell, -ONE, kind[0], depth[0], beta_x[cell], rise, fastest[0])
+            bounds = fastest[0], along[2], along[3]
+            ghosts_beyond(h, u, v, cell, -ONE, kind[0], depth[0], beta_x[cell], rise, *bounds)
         if kind[1] == DEPTH or (filled and spans[1, j] > m - 2 * GHOSTS):
             cell = j * m + m - GHOSTS - 1
             rise = excess[1] * grid.dx / beta_x[cell]
-            ghosts_beyond(h, u, v, cell, ONE, kind[1], depth[1], beta_x[cell], rise, fastest[1])
+            bounds = fastest[1], along[2], along[3]
+            ghosts_beyond(h, u, v, cell, ONE, kind[1], depth[1], beta_x[cell], rise, *bounds)
     for k, row, way in ((2, GHOSTS, -1), (3, rows - GHOSTS - 1, 1)):
         if (k == 2 and first >= 2 * GHOSTS) or (k == 3 and last < rows - 2 * GHOSTS):
             continue
         if kind[k] == DEPTH:
+            bounds = fastest[k], along[0], along[1]
             for cell in range(row * m, row * m + m):
-                ghosts_beyond(h, v, u, cell, way * m, kind[k], depth[k], beta_y[cell], 0.0, fastest[k])
+                ghosts_beyond(h, v, u, cell, way * m, kind[k], depth[k], beta_y[cell], 0.0, *bounds)
             continue
         a, b = hull(spans, min(row, row - way), max(row, row - way))
         for i in range(GHOSTS):

@@ -8,7 +8,7 @@ import numpy as np
 
 from solver.arrays import Array
 from solver.compiled import kernel
-from solver.kernels.limiter import AHEAD, BEHIND, face_state, lead, least_shown, limited, steepness_of
+from solver.kernels.limiter import AHEAD, BEHIND, face_state, lead, least_shown, limited, slips, steepness_of
 from solver.kernels.state import FaceValues
 
 
@@ -68,10 +68,10 @@ def face_values(
         # loaded before they are chosen from: a choice of address would be gathered
         here, ahead, behind = n[i], n[a], n[b]
         ahead, behind = ahead if h[a] > dry else here, behind if h[b] > dry else here
-        steepness = steepness_of(behind, ahead)
         out.c[o] = math.sqrt(beta[i] * h[i])
         h_i, h_b, h_a, t_i, t_a, t_b = h[i], h[b], h[a], t[i], t[a], t[b]
         t_a, t_b = t_a if h_a > dry else t_i, t_b if h_b > dry else t_i
+        steepness = steepness_of(behind, ahead, slips(here, (behind, t_b), (ahead, t_a)))
         h_low, h_high = steps_to_faces(h_i - h_b, h_a - h_i, steepness)
         n_low, n_high = steps_to_faces(here - behind, ahead - here, steepness)
         t_low, t_high = steps_to_faces(t_i - t_b, t_a - t_i, 2.0)

@@ -148,8 +148,7 @@ class LatticeRun(Run):
             np.where(self.inner, OPEN, self.part.sides(self.sides.kind)),
             np.where(self.inner, 0.0, self.sides.depth),
             np.where(self.inner, 0.0, self.sides.excess),
-            self.sides.first,
-            self.sides.fastest,
+            *self.sides[3:],
         )
         columns = np.arange(window.west - GHOSTS, window.east + GHOSTS).clip(window.west, window.east - 1)
         self.bed = Bed(*(values[columns] for values in self.columns))

@@ -12,6 +12,7 @@ from solver.kernels.boundary import status_at_depth
 from solver.kernels.earth_pressure import earth_pressure, stretching, wave_speed
 from solver.kernels.flow_axes import pressure_along_axes, strain_along_axes, traction_axes
 from solver.kernels.friction import below_yield, faces_below_yield, law_at, raised_rate
+from solver.kernels.runge_kutta import raised_by_fall
 from solver.kernels.state import (
     AXIS,
     BELOW_YIELD,
@@ -53,6 +54,7 @@ def fix_pressure(
         b_x, b_y = bed.normal[c] * k_x, bed.normal[c] * k_y
         status.beta_x[i], status.beta_y[i] = b_x, b_y
         this = (abs(u[i]) + math.sqrt(b_x * h[i])) * over_x + (abs(v[i]) + math.sqrt(b_y * h[i])) * over_y
+        this = raised_by_fall(this, abs(u[i]) * over_x + abs(v[i]) * over_y, bed.falling[c])
         this = raised_rate(law_at(material.law, i), this, h[i], bed.normal[c], dry)
         this = this if h[i] > dry else 0.0
         rate[c] = this if this > rate[c] else rate[c]
@@ -100,6 +102,7 @@ def choose_pressure(
         status.beta_x[i], status.beta_y[i] = b_x, b_y
         this = (abs(u_i) + wave_speed(wave_x, b_x, h[i])) * over_x
         this += (abs(v_i) + wave_speed(wave_y, b_y, h[i])) * over_y
+        this = raised_by_fall(this, abs(u_i) * over_x + abs(v_i) * over_y, bed.falling[c])
         this = raised_rate(law_at(material.law, i), this, h[i], bed.normal[c], dry)
         this = this if wet else 0.0
         rate[c] = this if this > rate[c] else rate[c]
@@ -228,6 +231,7 @@ def choose_along_flow(
         status.beta_x[i], status.beta_y[i], shear[i] = b_x, b_y, b_xy
         this = (abs(u_i) + wave_speed(wave_x, b_x, h_i)) * over_x
         this += (abs(v_i) + wave_speed(wave_y, b_y, h_i)) * over_y
+        this = raised_by_fall(this, abs(u_i) * over_x + abs(v_i) * over_y, bed.falling[c])
         this = raised_rate(law_at(material.law, i), this, h_i, normal, dry)
         this = this if wet else 0.0
         rate[c] = this if this > rate[c] else rate[c]
@@ -308,8 +312,7 @@ def classify(
         trim(spans, j, now.h, static, material.dry, j * m)
     rate: float = driven_rate(now.h, status, bed, material, sides, grid)
     for c in range(m):
-        if spans.rate[c] > 0.0:
-            rate = max(rate, spans.rate[c], bed.falling[c])
+        rate = max(rate, spans.rate[c])
     return rate
 
 

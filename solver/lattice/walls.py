@@ -218,8 +218,7 @@ def classify_beside(
                 continue
             mirror(now, walls, n, m, status.beta_x[i], status.beta_y[i])
             classify_cell(walls.images, status, bed, material, grid, spans.rate, i, c, ONE)
-            if spans.rate[c] > 0.0:
-                fastest = max(fastest, spans.rate[c], bed.falling[c])
+            fastest = max(fastest, spans.rate[c])
             if c == GHOSTS:
                 copy_status(status, i - 1, i, ONE)
             if c == m - GHOSTS - 1:

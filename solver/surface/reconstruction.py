@@ -9,7 +9,7 @@ import numpy as np
 
 from solver.arrays import Array
 from solver.compiled import kernel
-from solver.kernels.limiter import face_state, lead, least_shown, steepness_of
+from solver.kernels.limiter import face_state, lead, least_shown, slips, steepness_of
 from solver.kernels.state import LANES, FaceValues
 from solver.lattice.reconstruction import steps_to_faces
 from solver.surface.levels import is_level, steps_of_surface, with_level
@@ -108,7 +108,8 @@ def edge_values(
             ahead, behind = n_a if h_a > dry else high_n, n_b if h_b > dry else low_n
             back, forth = low_n - behind, ahead - high_n
             mean = 0.5 * (low_n + high_n)
-            steepness = steepness_of(mean - back, mean + forth)
+            beside = (behind, t_b if h_b > dry else low_t), (ahead, t_a if h_a > dry else high_t)
+            steepness = steepness_of(mean - back, mean + forth, slips(mean, *beside))
             wave = beta[i] * h_i
             slow += 1 if (mean * mean < wave + 1e-300) & (h_i > 0.0) else 0
             out.c[o] = math.sqrt(wave)

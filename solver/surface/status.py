@@ -7,7 +7,7 @@ import numpy as np
 from solver.arrays import Array
 from solver.compiled import kernel
 from solver.kernels.friction import below_yield, law_at, mean_drive, raised_rate
-from solver.kernels.runge_kutta import less_moving
+from solver.kernels.runge_kutta import less_moving, raised_by_fall
 from solver.kernels.state import BELOW_YIELD, DRY, GHOSTS, Fields, Grid, Material
 from solver.lattice.spans import Spans, trim
 from solver.physics.resistance import Uniform
@@ -126,16 +126,16 @@ def classify_row(
         stopped = BELOW_YIELD if held else 0.0
         static[i] = stopped if wet else DRY
         wave_x, wave_y = waves_over_edges(pressure, i, g_n, h_i)
-        through_x = x.length[i] * (abs(x.c_low[i] * u_i + x.s_low[i] * v_i) + wave_x) + x.length[w] * (
-            abs(x.c_high[w] * u_i + x.s_high[w] * v_i) + wave_x
-        )
-        through_y = y.length[i] * (abs(y.c_low[i] * u_i + y.s_low[i] * v_i) + wave_y) + y.length[s] * (
-            abs(y.c_high[s] * u_i + y.s_high[s] * v_i) + wave_y
-        )
+        to_e, to_w = abs(x.c_low[i] * u_i + x.s_low[i] * v_i), abs(x.c_high[w] * u_i + x.s_high[w] * v_i)
+        to_n, to_s = abs(y.c_low[i] * u_i + y.s_low[i] * v_i), abs(y.c_high[s] * u_i + y.s_high[s] * v_i)
+        through_x = x.length[i] * (to_e + wave_x) + x.length[w] * (to_w + wave_x)
+        through_y = y.length[i] * (to_n + wave_y) + y.length[s] * (to_s + wave_y)
         this = 0.5 * metric.per_area[i] * (through_x + through_y)
+        carried = x.length[i] * to_e + x.length[w] * to_w + y.length[i] * to_n + y.length[s] * to_s
+        carried *= 0.5 * metric.per_area[i]
         # what is held does not start in this step
         falling = metric.falling[i] if stopped == 0.0 else 0.0
-        this = this if this > falling else falling
+        this = raised_by_fall(this, carried, falling)
         this = raised_rate(law, this, h_i, g_n, dry)
         this = this if wet else 0.0
         rate[c] = this if this > rate[c] else rate[c]

@@ -38,7 +38,18 @@ def leaving_at_depth(leaving, h, depth, beta, fastest=np.inf):
     return np.where((leaving >= inside) & (inside > 0), leaving, found)
 
 
-def before(side, h, n, t, rise, beta, fastest=np.inf):
+def along_at_depth(along, depth, beta, forth, back):
+    """Velocity along a side of given depth beyond it: no more than that of waves or of the layer there."""
+    waves = np.sqrt(beta * depth)
+    return np.clip(along, -np.maximum(back, waves), np.maximum(forth, waves))
+
+
+def raised_by_fall(rate, carried, falling):
+    """Rate whose step moves nothing farther than waves may go with the velocity of its end."""
+    return np.maximum(rate, (carried + np.sqrt(carried**2 + 4 * falling**2)) / 2)
+
+
+def before(side, h, n, t, rise, beta, fastest=np.inf, beside=(np.inf, np.inf)):
     """Two ghosts before the first column; n is the velocity along the rows, rise gains depth at a wall."""
     mirrored = side in ("wall", "no-slip")
     mode = "symmetric" if mirrored else "edge"
@@ -50,6 +61,7 @@ def before(side, h, n, t, rise, beta, fastest=np.inf):
         t[:, :2] *= -1
     if not isinstance(side, str):
         n[:, :2] = -leaving_at_depth(-n[:, 2], h[:, 2], side, beta, fastest)[:, None]
+        t[:, :2] = along_at_depth(t[:, 2], side, beta, *beside)[:, None]
         h[:, :2] = side
     return h, n, t
 
@@ -69,12 +81,13 @@ def padded(state, sides, rises=(0.0, 0.0), betas=(1.0, 1.0, 1.0, 1.0), fastest=4
 
     rises : gain of depth per spacing toward the walls at x_min and x_max, one or a row each. betas : g cos xi
     K of the outermost cells at every side, those at y_min and y_max with the ghosts beside them. fastest :
-    speeds inward of layers beyond given depths at most.
+    speeds along x, y and against them of layers beyond given depths at most.
     """
     gains = [np.broadcast_to(q, len(state.h)) for q in rises]
     for k in (0, 2):
-        state = before(sides[k], *state, gains[0], betas[k], fastest[k])
-        state = flipped(before(sides[k + 1], *flipped(state), gains[1], betas[k + 1], fastest[k + 1]))
+        beside = fastest[2 - k], fastest[3 - k]
+        state = before(sides[k], *state, gains[0], betas[k], fastest[k], beside)
+        state = flipped(before(sides[k + 1], *flipped(state), gains[1], betas[k + 1], fastest[k + 1], beside))
         state = transposed(State(*state))
         gains = [np.zeros(len(state.h))] * 2
     return State(*(np.ascontiguousarray(q) for q in state))
@@ -86,9 +99,9 @@ def limited(wanted, behind, ahead, steepness):
     return np.where(behind * ahead > 0, np.sign(ahead) * np.minimum(wanted, most), 0.0)
 
 
-def steepness_of(behind, ahead):
-    """Minmod where the flow loses at least half its speed."""
-    return np.where(behind - ahead > np.minimum(np.abs(behind), np.abs(ahead)), 1.0, 2.0)
+def steepness_of(behind, ahead, slips=False):
+    """Minmod where the flow loses at least half its speed, and where a cell slips between two at rest."""
+    return np.where(slips | (behind - ahead > np.minimum(np.abs(behind), np.abs(ahead))), 1.0, 2.0)
 
 
 def steps_to_faces(back, forth, steepness):
@@ -120,7 +133,8 @@ def face_values(h, n, t, dry, beta):
     one, own, other = np.s_[:, :-2], np.s_[:, 1:-1], np.s_[:, 2:]
     near = [h[one], h[own], h[other]]
     beside = [[np.where(h[k] > dry, q[k], q[own]) for k in (one, own, other)] for q in (n, t)]
-    steepness = steepness_of(beside[0][0], beside[0][2])
+    rest = [(beside[0][k] == 0) & (beside[1][k] == 0) for k in (0, 2)]
+    steepness = steepness_of(beside[0][0], beside[0][2], rest[0] & rest[1] & (n[own] != 0))
     steps = [
         steps_to_faces(here - behind, ahead - here, most)
         for (behind, here, ahead), most in zip((near, *beside), (steepness, steepness, 2.0), strict=True)
@@ -394,8 +408,9 @@ class Run(Twin):
         *status, rates = classify(all_, self.along, self.normal, *material, self.dx, self.dy)
         rates = rates[1:-1, 1:-1]
         status = [np.pad(q[1:-1, 1:-1], 2, mode="edge") for q in status]
-        # the first step from rest is as long as gravity lets it be
-        rate = np.where(rates > 0, np.maximum(rates, self.falling[2:-2]), 0).max()
+        # a step is as long as gravity lets it be
+        carried = np.abs(self.state.u) / self.dx + np.abs(self.state.v) / self.dy
+        rate = np.where(rates > 0, raised_by_fall(rates, carried, self.falling[2:-2]), 0).max()
         self.beta_x, self.beta_y, self.static = status
         driven = False
         normal = np.broadcast_to(self.normal, self.static.shape)

@@ -11,11 +11,13 @@ from dense import (
     State,
     Twin,
     afforded,
+    along_at_depth,
     face_state,
     hll,
     leaving_at_depth,
     limited,
     loaded,
+    raised_by_fall,
     steepness_of,
 )
 from dense_pressure import earth_pressure, stretching
@@ -103,9 +105,10 @@ class CloudRun(Twin):
                 rise = self.rise[b] / self.beta[0][self.cells.side_cell[b]]
                 h[b] = max(0.0, h[b] + rise)
             if not isinstance(kind, str):
-                q, beta = (u, self.beta[0]) if side < 2 else (v, self.beta[1])
-                sign, i = 2 * (side % 2) - 1, self.cells.side_cell[b]
+                q, t, beta = (u, v, self.beta[0]) if side < 2 else (v, u, self.beta[1])
+                sign, i, k = 2 * (side % 2) - 1, self.cells.side_cell[b], 2 - side // 2 * 2
                 q[b] = sign * leaving_at_depth(sign * q[b], h[b], kind, beta[i], self.fastest[side])
+                t[b] = along_at_depth(t[b], kind, beta[i], *self.fastest[k : k + 2])
                 h[b] = kind
             if kind == "no-slip" or (kind == "wall" and side < 2):
                 u[b] = -u[b]
@@ -163,7 +166,7 @@ class CloudRun(Twin):
         leaving = np.minimum(w * np.sqrt(square), w_x * np.abs(u) + w_y * np.abs(v))
         push = w_x * pushes[0] + w_y * pushes[1]
         waves = push + np.sqrt(push**2 + w**2 * (m_x * b_x + (1 - m_x) * b_y) * h)
-        rate = np.where(wet, np.maximum(leaving + waves, self.falling), 0.0).max()
+        rate = np.where(wet, raised_by_fall(leaving + waves, leaving, self.falling), 0.0).max()
         # held where the drive at no face but a wall's exceeds friction
         gradient, exceeds = self.slopes(h), np.zeros(self.n, dtype=int)
         walled = np.zeros(len(self.left), dtype=bool)

@@ -30,7 +30,7 @@ def numbered(sides, lean=(0.0, 0.0)):
         np.array([KINDS.get(side, DEPTH) for side in sides]),
         np.array(given),
         np.array([*lean, 0.0, 0.0]),
-        *np.full((2, 4), np.inf),
+        *np.full((4, 4), np.inf),
     )
 
 
