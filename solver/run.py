@@ -23,7 +23,7 @@ from solver.kernels.state import DEPTH, NO_SLIP, OPEN, WALL, Fields, Material, S
 from solver.physics.earth_pressure import MohrCoulomb
 from solver.physics.elevation import Surface
 from solver.physics.friction import Coulomb
-from solver.physics.resistance import Zoned, area_weighted
+from solver.physics.resistance import Zoned, area_weighted, shares_of_zones
 from solver.points.lattice import Lattice
 from solver.scene import Collocation, Scene
 
@@ -402,13 +402,9 @@ def zoned_law(scene: Scene) -> Zoned | None:
     """
     if not scene.zones:
         return None
-    parts = []
-    for zone in scene.zones:
-        if np.shape(zone.share) != scene.points.shape:
-            raise ValueError(f"shares of a zone must have the points' shape {scene.points.shape}")
-        if type(zone.friction) is not type(scene.friction):
-            raise ValueError("zones must be of the same law of friction")
-        parts.append((zone.friction.resistance(scene.gravity), np.asarray(zone.share, dtype=np.float64)))
+    laws = [(zone.friction, zone.share) for zone in scene.zones]
+    shares = shares_of_zones(laws, scene.friction, scene.points.shape, "friction")
+    parts = [(law.resistance(scene.gravity), share) for (law, _), share in zip(laws, shares, strict=True)]
     return area_weighted(scene.friction.resistance(scene.gravity), parts)
 
 

@@ -1,4 +1,4 @@
-"""Files on the map that a scenario names, each read once: elevation models, polygons, lines and classes."""
+"""Files on the map that a scenario names, each read once: elevation models, outlines, classes and places."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pipeline.inputs.elevation_raster import (
     RasterExtent,
     UnknownSystemError,
 )
-from pipeline.inputs.outlines import Outline, OutlineError
+from pipeline.inputs.outlines import Outline, OutlineError, Place
 from pipeline.mistakes import Problem
 from pipeline.settings.section import Pair
 
@@ -68,6 +68,16 @@ class MapFiles:
             return _READ[kind](file, crs, layer, lambda line: self.doubts.update({(path, name): line}))
 
         return self._once((kind, name, layer, crs), name, path, read)
+
+    def places(self, name: str, layer: str | None, crs: str, path: Key) -> tuple[Place, ...] | Problem:
+        """Read the points, lines and polygons of a file of receptors, in a reference system."""
+
+        def read(file: Path) -> tuple[Place, ...]:
+            return outlines.read_places(
+                file, crs, layer, lambda line: self.doubts.update({(path, "shapes"): line})
+            )
+
+        return self._once(("places", name, layer, crs), name, path, read)
 
     def _once(self, key: Any, name: str, path: Key, read: Callable[[Path], T]) -> T | Problem:
         if key not in self._held:

@@ -11,7 +11,7 @@ import numpy as np
 from pipeline.inputs.elevation_raster import ElevationRaster, RasterExtent
 from pipeline.inputs.ground import SLIVER, Ground, around, beyond, doubtful, fitted
 from pipeline.inputs.map_files import MapFiles
-from pipeline.inputs.outlines import Outline, OutlineError, read_places
+from pipeline.inputs.outlines import Outline
 from pipeline.inputs.polygons import overlaps, reaches, width
 from pipeline.inputs.reference_system import called, elsewhere, same, stretched
 from pipeline.mistakes import Problem
@@ -260,13 +260,10 @@ class GroundCheck:
             return settings.places
         name, layer = source
         self.from_file = True
-        file, path = self.folder / name, ("receptors",)
-        if not file.exists():
-            return Problem(path, f"expected a readable file, found none: {file}")
-        try:
-            held = read_places(file, crs, layer, lambda line: self.doubts.update({(path, "shapes"): line}))
-        except OutlineError as error:
-            return Problem(path, f"{error} ({name})")
+        path = ("receptors",)
+        held = self._files.places(name, layer, crs, path)
+        if isinstance(held, Problem):
+            return held
         made = [
             Receptor.model_validate(
                 {"name": each.name[:LONGEST_NAME]}

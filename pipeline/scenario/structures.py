@@ -111,21 +111,17 @@ def _built_of(settings: Settings, outlines: Outlines | None) -> list[Outline]:
 
 
 def points(settings: Settings, file: PointFile | None, outlines: Outlines | None) -> Lattice | PointCloud:
-    """Make the points of a scenario; the cells of a cloud that is placed end at buildings.
+    """Make points as `pipeline.scenario.solver_objects.points` does; clouds that are placed end at buildings.
 
     Parameters
     ----------
-    settings : Settings
-        With a domain.
-    file : PointFile, optional
-        What the file of a ``file`` layout holds.
     outlines : mapping, optional
         What the files of structures hold.
 
     Raises
     ------
     ValueError
-        As `pipeline.scenario.solver_objects.points`, or if none has the name asked for.
+        As there, or if none has the name asked for.
     """
     if isinstance(settings.points, LatticePoints | FilePoints):
         return solver_objects.points(settings, file)

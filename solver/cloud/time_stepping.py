@@ -24,6 +24,7 @@ from solver.kernels.runge_kutta import (
     Progress,
     less_moving,
     march,
+    share_of_step,
 )
 from solver.kernels.sections.inflow import await_inflow, begin_inflow
 from solver.kernels.sections.measured import sample
@@ -99,30 +100,27 @@ def begin_step(arrays: CloudArrays, limits: Limits, progress: Progress) -> tuple
 
 
 @kernel(as_source=True, cached=False)
-def take_stage(
-    arrays: CloudArrays, cells: int, k: int, part: float, share: float, dt: float, progress: Progress
-) -> int:
-    """Take the k-th stage.
+def take_step(arrays: CloudArrays, cells: int, dt: float, progress: Progress) -> None:
+    """Take the stages of a step.
 
     The last one fills another state than that at the start of the step: its loop could not vectorise.
     """
     now, one, two = arrays.now, arrays.first_stage, arrays.second_stage
-    source = now if k == 0 else (one if k % 2 == 1 else two)
-    out = one if k % 2 == 0 else two
-    if k == 0:
-        drive_layers(arrays.sides, progress.time[0] + dt)
-        if len(arrays.inflows.cell) > 0:
-            begin_inflow(arrays.inflows, progress.time[0], dt)
-    if cells > 0:
-        cloud_stage(arrays, source, out, part, share, dt, progress.ledger, k == 0)
-    if k == len(SSP_RK3) - 1:
-        if arrays.erosion.available.size > 0:
-            erode(arrays, one, dt)
-        runs = arrays.activity.stepped_runs[: arrays.activity.counts[0]]
-        copy_runs(one, now, runs)
-        copy_runs(one, two, runs)
-    progress.cell_stages[0] += cells
-    return cells
+    drive_layers(arrays.sides, progress.time[0] + dt)
+    if len(arrays.inflows.cell) > 0:
+        begin_inflow(arrays.inflows, progress.time[0], dt)
+    for k in range(len(SSP_RK3)):
+        source = now if k == 0 else (one if k % 2 == 1 else two)
+        out = one if k % 2 == 0 else two
+        weights = SSP_RK3[k], share_of_step(SSP_RK3, k)
+        if cells > 0:
+            cloud_stage(arrays, source, out, *weights, dt, progress.ledger, k == 0)
+        progress.cell_stages[0] += cells
+    if arrays.erosion.available.size > 0:
+        erode(arrays, one, dt)
+    runs = arrays.activity.stepped_runs[: arrays.activity.counts[0]]
+    copy_runs(one, now, runs)
+    copy_runs(one, two, runs)
 
 
 @kernel(as_source=True, cached=False)
@@ -142,10 +140,10 @@ def end_step(arrays: CloudArrays, limits: Limits, progress: Progress) -> int:
 @kernel(from_python=True)
 def advance_cloud_on_surface(arrays: CloudArrays, limits: Limits, progress: Progress) -> int:
     """Step until a limit, where the bed is a surface; return which."""
-    return int(march(arrays, begin_step, take_stage, end_step, limits, progress))
+    return int(march(arrays, begin_step, take_step, end_step, limits, progress))
 
 
 @kernel(from_python=True)
 def advance_cloud(arrays: CloudArrays, limits: Limits, progress: Progress) -> int:
     """Step until a limit; return which."""
-    return int(march(arrays, begin_step, take_stage, end_step, limits, progress))
+    return int(march(arrays, begin_step, take_step, end_step, limits, progress))

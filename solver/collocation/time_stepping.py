@@ -16,7 +16,16 @@ from solver.collocation.residual import (
 )
 from solver.compiled import ZERO, kernel
 from solver.kernels.record import record_cells
-from solver.kernels.runge_kutta import AT_REST, CONTINUE, NOT_FINITE, Limits, Progress, march
+from solver.kernels.runge_kutta import (
+    AT_REST,
+    CONTINUE,
+    NOT_FINITE,
+    SSP_RK3,
+    Limits,
+    Progress,
+    march,
+    share_of_step,
+)
 from solver.kernels.state import Fields
 
 
@@ -54,20 +63,18 @@ def begin_step(arrays: CollocationArrays, limits: Limits, progress: Progress) ->
 
 
 @kernel(as_source=True, cached=False)
-def take_stage(
-    arrays: CollocationArrays, count: int, k: int, part: float, share: float, dt: float, progress: Progress
-) -> int:
-    """Take the k-th stage; the first one finds the derivatives there."""
+def take_step(arrays: CollocationArrays, count: int, dt: float, progress: Progress) -> None:
+    """Take the stages of a step; the first one finds the derivatives there."""
     now, scratch, material = arrays.now, arrays.scratch, arrays.material
-    if k > 0:
-        count = differentiate(arrays, count)
-    account_open(now, arrays.open, share * dt, progress.ledger)
-    update(now, scratch.chosen[:count], arrays.bed, material, part, dt, scratch)
-    progress.cell_stages[0] += count
-    count = relax(arrays, count)
-    chosen, film = scratch.chosen[:count], arrays.film
-    velocities(scratch.q, chosen, arrays.stencils, material.dry, film, arrays.around, now)
-    return count
+    for k in range(len(SSP_RK3)):
+        if k > 0:
+            count = differentiate(arrays, count)
+        account_open(now, arrays.open, share_of_step(SSP_RK3, k) * dt, progress.ledger)
+        update(now, scratch.chosen[:count], arrays.bed, material, SSP_RK3[k], dt, scratch)
+        progress.cell_stages[0] += count
+        count = relax(arrays, count)
+        chosen, film = scratch.chosen[:count], arrays.film
+        velocities(scratch.q, chosen, arrays.stencils, material.dry, film, arrays.around, now)
 
 
 @kernel(as_source=True, cached=False)
@@ -82,4 +89,4 @@ def end_step(arrays: CollocationArrays, limits: Limits, progress: Progress) -> i
 @kernel(from_python=True)
 def advance_collocation(arrays: CollocationArrays, limits: Limits, progress: Progress) -> int:
     """Step until a limit; return which."""
-    return int(march(arrays, begin_step, take_stage, end_step, limits, progress))
+    return int(march(arrays, begin_step, take_step, end_step, limits, progress))

@@ -165,7 +165,7 @@ def less_moving(
 
 @kernel(as_source=True, cached=False)
 def march(
-    arrays: Any, begin_step: Any, take_stage: Any, end_step: Any, limits: Limits, progress: Progress
+    arrays: Any, begin_step: Any, take_step: Any, end_step: Any, limits: Limits, progress: Progress
 ) -> int:
     """Step until a target time or until the run is at rest; return why it stopped.
 
@@ -177,11 +177,9 @@ def march(
         What these kernels read and write.
     begin_step : kernel
         Called with arrays, limits and progress. Returns why the run stops before the step, or CONTINUE; the
-        largest wave rate, s-1; and what the stages are to know.
-    take_stage : kernel
-        Called with arrays, that, the number of the stage, its weight in the combination with the start of the
-        step, the weight of its fluxes in the whole step, the time step (s), and progress. Returns what the
-        next stage is to know.
+        largest wave rate, s-1; and what the step is to know.
+    take_step : kernel
+        Called with arrays, that, the time step (s), and progress; it takes all stages.
     end_step : kernel
         Called with arrays, limits and progress. Returns why the run stops after the step, or CONTINUE.
     """
@@ -196,8 +194,7 @@ def march(
         dt = step_length(rate, limits.cfl, remaining, limits.shortest)
         if dt == 0.0:
             return COLLAPSED
-        for k in range(len(SSP_RK3)):
-            known = take_stage(arrays, known, k, SSP_RK3[k], share_of_step(SSP_RK3, k), dt, progress)
+        take_step(arrays, known, dt, progress)
         progress.time[0] = limits.target if dt == remaining else progress.time[0] + dt
         progress.steps[0] += 1
         outcome = end_step(arrays, limits, progress)

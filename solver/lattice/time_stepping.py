@@ -18,6 +18,7 @@ from solver.kernels.runge_kutta import (
     Limits,
     Progress,
     march,
+    share_of_step,
 )
 from solver.kernels.sections.inflow import await_inflow, begin_inflow, open_rows
 from solver.kernels.sections.measured import sample
@@ -111,25 +112,23 @@ def begin_step(arrays: LatticeArrays, limits: Limits, progress: Progress) -> tup
 
 
 @kernel(as_source=True, cached=False)
-def take_stage(
-    arrays: LatticeArrays, rows: Rows, k: int, part: float, share: float, dt: float, progress: Progress
-) -> Rows:
-    """Take the k-th stage; what is eroded comes after the last."""
+def take_step(arrays: LatticeArrays, rows: Rows, dt: float, progress: Progress) -> None:
+    """Take the stages of a step; what is eroded comes after the last."""
     now, one, two = arrays.now, arrays.first_stage, arrays.second_stage
     first, last, cells = rows
-    if k == 0:
-        drive_layers(arrays.sides, progress.time[0] + dt)
-        if len(arrays.inflows.cell) > 0:
-            begin_inflow(arrays.inflows, progress.time[0], dt)
-        copy_surroundings(now, one, arrays.spans.stepped, arrays.grid, first, last)
-        copy_surroundings(now, two, arrays.spans.stepped, arrays.grid, first, last)
-    source = now if k == 0 else (one if k % 2 == 1 else two)
-    out = now if k == len(SSP_RK3) - 1 else (one if k % 2 == 0 else two)
-    stage(arrays, now, source, out, first, last, part, share, dt, progress.ledger)
-    if k == len(SSP_RK3) - 1 and arrays.erosion.available.size > 0:
+    drive_layers(arrays.sides, progress.time[0] + dt)
+    if len(arrays.inflows.cell) > 0:
+        begin_inflow(arrays.inflows, progress.time[0], dt)
+    copy_surroundings(now, one, arrays.spans.stepped, arrays.grid, first, last)
+    copy_surroundings(now, two, arrays.spans.stepped, arrays.grid, first, last)
+    for k in range(len(SSP_RK3)):
+        source = now if k == 0 else (one if k % 2 == 1 else two)
+        out = now if k == len(SSP_RK3) - 1 else (one if k % 2 == 0 else two)
+        weights = SSP_RK3[k], share_of_step(SSP_RK3, k)
+        stage(arrays, now, source, out, first, last, *weights, dt, progress.ledger)
+        progress.cell_stages[0] += cells
+    if arrays.erosion.available.size > 0:
         erode(arrays, first, last, dt)
-    progress.cell_stages[0] += cells
-    return rows
 
 
 @kernel(as_source=True, cached=False)
@@ -152,10 +151,10 @@ def end_step(arrays: LatticeArrays, limits: Limits, progress: Progress) -> int:
 @kernel(from_python=True)
 def advance_among_buildings(arrays: LatticeArrays, limits: Limits, progress: Progress) -> int:
     """Step until a limit, where the arrays have walls; return which."""
-    return int(march(arrays, begin_step, take_stage, end_step, limits, progress))
+    return int(march(arrays, begin_step, take_step, end_step, limits, progress))
 
 
 @kernel(from_python=True)
 def advance(arrays: LatticeArrays, limits: Limits, progress: Progress) -> int:
     """Step until a limit; return which."""
-    return int(march(arrays, begin_step, take_stage, end_step, limits, progress))
+    return int(march(arrays, begin_step, take_step, end_step, limits, progress))

@@ -14,7 +14,7 @@ import numpy as np
 from solver.arrays import Array
 from solver.parameters import Checked, Parameter, ParameterError, parameter, parametric, shared
 from solver.physics.friction import DENSITY, friction_coefficient
-from solver.physics.resistance import area_means
+from solver.physics.resistance import area_means, shares_of_zones
 
 # How the kernels tell the laws apart.
 GROWTH_RATE, SHEAR_STRESS, SHEAR_WORK, EGASHIRA, JUMP_CONDITION = range(5)
@@ -301,12 +301,10 @@ class ErodibleBed:
         if not (np.isfinite(depth).all() and (depth >= 0).all()):
             raise ParameterError("expected finite depths of at least 0", "depth")
         check_together(self.law, self.limits)
-        if any(np.shape(zone.share) != depth.shape for zone in self.zones):
-            raise ValueError(f"shares of a zone must have the points' shape {depth.shape}")
-        if any(type(zone.law) is not type(self.law) for zone in self.zones):
-            raise ValueError("zones must be of the same law of erosion")
+        laws = [(zone.law, zone.share) for zone in self.zones]
+        shares = shares_of_zones(laws, self.law, depth.shape, "erosion")
         if self.zones:
-            parts = [(each.law.coefficients(), np.asarray(each.share, np.float64)) for each in self.zones]
+            parts = [(law.coefficients(), share) for (law, _), share in zip(laws, shares, strict=True)]
             object.__setattr__(self, "coefficients", area_means(self.law.coefficients(), parts))
 
 

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from solver.arrays import Array
 
@@ -146,6 +147,35 @@ def in_one_form(laws: Sequence[Uniform]) -> list[Uniform]:
     if len(set(map(type, found))) > 1:
         raise ValueError("zones must be of the same law of friction")
     return found
+
+
+def shares_of_zones(
+    zones: Sequence[tuple[object, ArrayLike]], law: object, shape: tuple[int, ...], of: str
+) -> list[Array]:
+    """Give the shares of the cells that zones cover, once these fit the points and the law around them.
+
+    Parameters
+    ----------
+    zones : sequence
+        Law and shares of each.
+    law : object
+        Where nothing else is said.
+    shape : tuple of int
+        Of the points.
+    of : str
+        What the law is of, for messages.
+
+    Raises
+    ------
+    ValueError
+        If shares are of another shape, or a zone of another law.
+    """
+    for zone, share in zones:
+        if np.shape(share) != shape:
+            raise ValueError(f"shares of a zone must have the points' shape {shape}")
+        if type(zone) is not type(law):
+            raise ValueError(f"zones must be of the same law of {of}")
+    return [np.asarray(share, np.float64) for _, share in zones]
 
 
 def area_weighted(law: Uniform, parts: Sequence[tuple[Uniform, Array]]) -> Zoned:

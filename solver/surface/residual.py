@@ -17,7 +17,8 @@ from solver.kernels.friction import law_at
 from solver.kernels.limiter import EMPTIED, afforded
 from solver.kernels.riemann import hll
 from solver.kernels.runge_kutta import SSP_RK3, share_of_step
-from solver.kernels.sections.inflow import admit, close_to_backflow, dismiss
+from solver.kernels.sections.admission import admit_next
+from solver.kernels.sections.inflow import close_to_backflow
 from solver.kernels.sections.measured import measure
 from solver.kernels.source_terms import acting_share, update_cell
 from solver.kernels.state import BELOW_YIELD, LANES, Fields, Fluxes, Material, whole
@@ -339,14 +340,11 @@ def sweep_row(
         )
         if not comes_in:
             break
-        dismiss(inflows, begin, e, x_fluxes, below + c, y_fluxes, south - a + c, below + c)
-        while e < stop and not a <= inflows.column[e] < b:
-            e += 1
-        if e >= stop:
+        at = x_fluxes, y_fluxes, south - a, below
+        begin, e = admit_next(inflows, (begin, e), stop, c, (a, b), *at, now, beta_x, beta_y, dt)
+        if begin >= stop:
             break
-        cell, c, count = inflows.cell[e], inflows.column[e], 1
-        at = x_fluxes, below + c, y_fluxes, south - a + c, below + c
-        begin, e = e, admit(inflows, e, *at, h[cell], u[cell], v[cell], beta_x[cell], beta_y[cell], dt)
+        cell, c, count = inflows.cell[begin], inflows.column[begin], 1
     return short
 
 

@@ -11,6 +11,7 @@ from solver.kernels.runge_kutta import (
     CONTINUE,
     GROW,
     NOT_FINITE,
+    SSP_RK3,
     Limits,
     Progress,
     march,
@@ -94,21 +95,17 @@ def begin_step(arrays: SurfaceArrays, limits: Limits, progress: Progress) -> tup
 
 
 @kernel()
-def take_stage(
-    arrays: SurfaceArrays, rows: Rows, k: int, part: float, share: float, dt: float, progress: Progress
-) -> Rows:
-    """Take all stages with the first one; what is eroded comes after them."""
+def take_step(arrays: SurfaceArrays, rows: Rows, dt: float, progress: Progress) -> None:
+    """Take the stages of a step; what is eroded comes after them."""
     first, last, cells = rows
-    if k == 0:
-        if len(arrays.inflows.cell) > 0:
-            begin_inflow(arrays.inflows, progress.time[0], dt)
-        for state in (arrays.first_stage, arrays.second_stage):
-            copy_surroundings(arrays.now, state, arrays.spans.stepped, arrays.grid, first, last)
-        take_stages(arrays, first, last, dt)
-        if arrays.erosion.available.size > 0:
-            erode(arrays, first, last, dt)
-    progress.cell_stages[0] += cells
-    return rows
+    if len(arrays.inflows.cell) > 0:
+        begin_inflow(arrays.inflows, progress.time[0], dt)
+    for state in (arrays.first_stage, arrays.second_stage):
+        copy_surroundings(arrays.now, state, arrays.spans.stepped, arrays.grid, first, last)
+    take_stages(arrays, first, last, dt)
+    if arrays.erosion.available.size > 0:
+        erode(arrays, first, last, dt)
+    progress.cell_stages[0] += len(SSP_RK3) * cells
 
 
 @kernel()
@@ -126,10 +123,10 @@ def end_step(arrays: SurfaceArrays, limits: Limits, progress: Progress) -> int:
 @kernel(from_python=True)
 def advance_among_buildings(arrays: SurfaceArrays, limits: Limits, progress: Progress) -> int:
     """Step until a limit, where the arrays have walls; return which."""
-    return int(march(arrays, begin_step, take_stage, end_step, limits, progress))
+    return int(march(arrays, begin_step, take_step, end_step, limits, progress))
 
 
 @kernel(from_python=True)
 def advance_surface(arrays: SurfaceArrays, limits: Limits, progress: Progress) -> int:
     """Step until a limit; return which."""
-    return int(march(arrays, begin_step, take_stage, end_step, limits, progress))
+    return int(march(arrays, begin_step, take_step, end_step, limits, progress))

@@ -1,4 +1,4 @@
-"""A step is no longer than it takes to fall by a cell, also into cells that are dry when it begins."""
+"""A step is no longer than it takes to go and fall by a cell, also into cells that are dry when it begins."""
 
 import numpy as np
 import pytest
@@ -22,6 +22,11 @@ def cliff():
     x, y = np.arange(-3, 60.0), np.arange(-6, 7.0)
     z = np.minimum(0.0, -(x - 20) * np.tan(np.radians(STEEP)))
     return solver.ElevationModel(x, y, np.broadcast_to(z, (len(y), len(x))), 0.0)
+
+
+def slope():
+    x, y = np.arange(-3, 60.0), np.arange(-6, 7.0)
+    return solver.ElevationModel(x, y, np.broadcast_to(-x * np.tan(np.radians(STEEP)), (len(y), len(x))), 0.0)
 
 
 def fastest_after_one_step(scene):
@@ -49,6 +54,27 @@ def test_a_film_beside_a_brink_falls_by_a_cell_in_its_first_step(points, terrain
     film = np.where(x < 20, depth, 0.0)
     scene = solver.Scene(points, terrain, film, flat, flat, solver.Coulomb(0.0), boundaries=sides)
     assert 0 < fastest_after_one_step(scene) < FALL
+
+
+@pytest.mark.parametrize(
+    ("points", "terrain", "part", "within"),
+    [
+        pytest.param(LATTICE, solver.Plane(STEEP), 1.0, 1e-3, id="lattice"),
+        pytest.param(CLOUD, solver.Plane(STEEP), 1.0, 0.1, id="cloud"),
+        # a spacing in plan is longer on the bed
+        pytest.param(LATTICE, slope(), np.cos(np.radians(STEEP)), 1e-3, id="elevation model"),
+    ],
+)
+def test_a_step_counts_the_velocity_that_gravity_gives_in_it(points, terrain, part, within):
+    """Of dt (u + a dt) = cfl dx; the second step was as long as the first one, in which u grew from rest."""
+    film, flat = np.full(points.shape, 1e-9), np.zeros(points.shape)
+    run = begin(solver.Scene(points, terrain, film, flat, flat, solver.Coulomb(0.0)), 1e4, 0.0, True)
+    run.advance(1e4, 1)
+    first, state = run.time, state_of_run(run)
+    gained = part * np.hypot(state.u, state.v)[state.h > 0].max() / (0.5 * FALL**2 * first)
+    run.advance(1e4, 2)
+    # the golden ratio where all cells move alike
+    assert (run.time - first) / first == pytest.approx((np.sqrt(4 + gained**2) - gained) / 2, rel=within)
 
 
 @pytest.mark.parametrize("depth", [1e-3, 1e-7])

@@ -166,6 +166,22 @@ def test_the_laws_of_a_step_see_what_breaks_them():
     assert broken(laws.of_end(1e9, True)) == broken(laws.of_end(0.1, False)) == set()
 
 
+@pytest.mark.parametrize(("angle", "side"), [(30.0, -1), (-30.0, 0)])
+def test_what_gravity_presses_against_a_wall_may_gain_what_it_gives_in_a_step(angle, side):
+    """m a dt (u + a dt/2) of what lies in the cells beside the wall, and nothing for what lies elsewhere."""
+    case = scene(Plane(angle), Coulomb(0), heaps=(((6, 0), 4, 0.5),), boundaries=all_sides("wall"))
+    laws, state = start(case)
+    film = np.zeros_like(state.h)
+    film[:, side] = 1e-3
+    later = changed(state, h=film, u=np.where(film > 0, 2.0, 0.0), time=0.1)
+    a = 9.81 * 0.5
+    volume = film.sum() * case.points.dx * case.points.dy
+    assert laws.held_up(later, changed(later, time=0.2)) == pytest.approx(volume * 0.1 * a * (2 + 0.05 * a))
+    away = changed(later, h=film[:, ::-1])
+    assert laws.held_up(away, changed(away, time=0.2)) == 0
+    assert start(replace(case, boundaries=all_sides("open")))[0].held_up(later, changed(later, time=0.2)) == 0
+
+
 def test_a_failing_scene_is_shrunk_to_what_fails():
     whole = next(d for d in (draw(1, k) for k in range(200)) if len(d.data["release"]) > 2)
     wanted = whole.data["release"][1]

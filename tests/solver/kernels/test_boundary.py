@@ -7,7 +7,7 @@ import pytest
 from scenes import all_sides
 
 from solver.forms import begin
-from solver.kernels.boundary import account
+from solver.kernels.boundary import account, along_at_depth
 from solver.kernels.state import DEPTH, GHOSTS, NO_SLIP, OPEN, WALL, Fields, Fluxes, Grid, Sides
 from solver.lattice.ghosts import fill_ghosts
 from solver.lattice.residual import restrict_side
@@ -235,12 +235,24 @@ def test_a_given_depth_does_not_feed_what_it_sends_in(layout):
     assert fastest[2] <= fastest[1] * (1 + 1e-3)
 
 
+def test_a_layer_beyond_a_given_depth_goes_along_it_no_faster_than_its_waves_or_than_it_is_driven():
+    waves = np.sqrt(9.81 * 0.2)
+    assert [along_at_depth(t, 0.2, 9.81, 3.0, 0.0) for t in (5.0, 2.0, -1.0, -2.0)] == [
+        3.0,
+        2.0,
+        -1.0,
+        -waves,
+    ]
+    assert [along_at_depth(t, 0.2, 9.81, 0.0, 0.0) for t in (5.0, -5.0)] == [waves, -waves]
+
+
+@pytest.mark.parametrize("across", ["wall", 0.2])
 @pytest.mark.parametrize("layout", ["lattice", "cloud"])
-def test_an_even_layer_goes_on_beyond_a_given_depth_as_gravity_and_friction_drive_it(layout):
+def test_an_even_layer_goes_on_beyond_given_depths_as_gravity_and_friction_drive_it(layout, across):
     lattice, cloud = Lattice((0, 5), (0, 4), 0.5), random_points((0, 5), (0, 4), 80, 1)
     points = lattice if layout == "lattice" else cloud
     depth = np.full(points.shape, 0.2)
-    sides = Boundaries(0.2, "open", "wall", "wall")
+    sides = Boundaries(0.2, "open", across, across)
     case = Scene(points, Plane(30), depth, 0 * depth + 2.5, 0 * depth, Coulomb(20), boundaries=sides)
     run = simulate(case, [2.0])
     pull = 9.81 * (np.sin(np.radians(30)) - np.tan(np.radians(20)) * np.cos(np.radians(30)))

@@ -155,3 +155,12 @@ def test_what_has_come_off_shows_up_to_its_mean_depth_where_it_moves_to(wave, sh
 def test_what_is_as_fast_as_what_lies_behind_has_not_come_off_it(faster, share):
     """Nothing is known to lie behind a cell of velocity 1; it is faster than that by some of round-off."""
     assert least_shown(0.5, 1.0, lead(1.0, 1.0 - faster, 1.0), -1e-3) == pytest.approx(0.5 * share, rel=1e-3)
+
+
+@pytest.mark.parametrize(("ahead", "step"), [(0.0, 3.2 / 2), (0.03, 7 / 6 + 3.2 / 3)])
+def test_depth_is_limited_by_minmod_where_a_cell_slips_between_two_at_rest(ahead, step):
+    """Depths along a brink, m, where what is behind rests; the third cell shows 17.15 toward the second."""
+    h, n = np.array([[26.8, 19.8, 16.6, 15.5]] * 3), np.array([[0.0, 0.04, ahead, 0.0]] * 3)
+    low, high, *_ = reconstruct(h, n, 0 * n)
+    assert high[0, 0] == pytest.approx(19.8 - step, rel=1e-12)
+    assert low[0, 1] == pytest.approx(17.15)
