@@ -19,7 +19,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
 from pipeline.studies.kernels.table import LAWS, TABLES, lines_of
-from pipeline.studies.ladders import FULL, QUICK, Plan, Row, climb, cost_at, ending, skipping
+from pipeline.studies.ladders import FULL, PLAIN, QUICK, Plan, Row, climb, cost_at, ending, skipping
 from solver.warmup import compile_kernels
 
 # Relative L2 of depth at which costs are compared, and on which case.
@@ -27,15 +27,13 @@ WANTED = (1e-2, 5e-3, 2e-3, 1e-3)
 # How far outside the errors measured a line is believed, as a factor.
 BEYOND = 2
 COMPARED = "frictionless cap"
-# A plain vectorised MUSCL-HLL solver with RK2 on that case, on the wet window of x -152..304, y -152..152 at
-# 4, 2 and 1 m: relative L2 of depth and CPU seconds of the time loop, one thread, once, on two shared cores.
-PLAIN = ((1.08e-2, 4.67e-3, 1.89e-3), (0.008, 0.046, 0.34))
 VERSIONS = ("lmls", "numpy", "scipy", "numba", "llvmlite")
 STYLES = {
     ("weighted-residual", "lattice"): ("tab:blue", "o"),
     ("weighted-residual", "cloud"): ("tab:orange", "s"),
     ("collocation", "lattice"): ("tab:green", "^"),
     ("collocation", "cloud"): ("tab:red", "v"),
+    PLAIN: ("0.5", "x"),
 }
 
 LADDER, READ_OFF, SKIPPED, ENDS = "Ladder", "Time to an error", "Skipped", "End times"
@@ -164,26 +162,34 @@ def _line(cells: Iterable[str]) -> str:
 
 
 def _read_off(rows: list[Row]) -> Iterator[str]:
-    """Table CPU seconds at equal errors; a tilde marks what lies a little outside the errors measured."""
+    """Table CPU seconds at equal errors, and those over the plain scheme's.
+
+    A tilde marks what lies a little outside the errors measured.
+    """
     yield from ("", f"## {READ_OFF}", "")
     titles = ["relative L2 of depth", *(f"{error:.0e}" for error in WANTED)]
-    yield _line([titles[0].ljust(27), *(title.ljust(9) for title in titles[1:])])
-    yield _line(["-" * 27, *("-" * 9 for _ in WANTED)])
-    found: dict[str, tuple[tuple[float, ...], tuple[float, ...]]] = {"plain MUSCL-HLL": PLAIN}
-    for kind, line in _kinds([r for r in rows if r.case == COMPARED and not r.variant]).items():
-        if len(line) > 1:
-            errors, costs = tuple(r.depth for r in line), tuple(r.cpu_time for r in line)
-            found[", ".join(kind)] = (errors, costs)
-    for name, (errors, costs) in found.items():
-        cells = (_cost(list(errors), list(costs), error) for error in WANTED)
-        yield _line([name.ljust(27), *(cell.ljust(9) for cell in cells)])
+    yield _line([titles[0].ljust(34), *(title.ljust(9) for title in titles[1:])])
+    yield _line(["-" * 34, *("-" * 9 for _ in WANTED)])
+    kinds = _kinds([r for r in rows if r.case == COMPARED and not r.variant])
+    found = {kind: [_cost(line, error) for error in WANTED] for kind, line in kinds.items() if len(line) > 1}
+    plain = found.pop(PLAIN, [None] * len(WANTED))
+    for kind, costs in {PLAIN: plain, **found}.items():
+        yield _line([", ".join(kind).ljust(34), *(_shown(cost).ljust(9) for cost in costs)])
+    for kind, costs in found.items():
+        cells = [_shown(a and b and (a[0] / b[0], a[1] and b[1])) for a, b in zip(costs, plain, strict=True)]
+        yield _line([f"{', '.join(kind)}, ratio".ljust(34), *(cell.ljust(9) for cell in cells)])
 
 
-def _cost(errors: list[float], costs: list[float], wanted: float) -> str:
+def _cost(line: list[Row], wanted: float) -> tuple[float, bool] | None:
+    """Read off the cost at an error, and whether it is within those measured; None far outside."""
+    errors, costs = [row.depth for row in line], [row.cpu_time for row in line]
     if not min(errors) / BEYOND <= wanted <= max(errors) * BEYOND:
-        return "-"
-    cost, inside = cost_at(errors, costs, wanted)
-    return f"{'' if inside else '~'}{cost:.2g}"
+        return None
+    return cost_at(errors, costs, wanted)
+
+
+def _shown(cost: tuple[float, bool] | None) -> str:
+    return "-" if cost is None else f"{'' if cost[1] else '~'}{cost[0]:.2g}"
 
 
 def _kinds(rows: Iterable[Row]) -> dict[tuple[str, str], list[Row]]:
@@ -222,7 +228,6 @@ def _draw(rows: list[Row], path: Path) -> None:
         for kind, (colour, mark) in STYLES.items()
     ]
     handles += [
-        Line2D([], [], color="0.5", marker="x", label="plain MUSCL-HLL, another sitting"),
         Line2D([], [], color="k", linestyle=(0, (3, 2)), linewidth=0.9, label="momentum"),
     ]
     figure.legend(handles=handles, loc="outside upper center", ncols=3, frameon=False, fontsize="small")
@@ -230,8 +235,6 @@ def _draw(rows: list[Row], path: Path) -> None:
 
 
 def _panel(panel: Axes, case: str, rows: list[Row]) -> None:
-    if case == COMPARED:
-        panel.loglog(PLAIN[1], PLAIN[0], color="0.5", marker="x", linewidth=1)
     for kind, line in _kinds(rows).items():
         colour, mark = STYLES[kind]
         cost = [row.cpu_time for row in line]

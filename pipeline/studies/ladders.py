@@ -14,10 +14,13 @@ from solver.arrays import Array
 from solver.forms import prepare
 from solver.scene import Collocation, Scene, Scheme, WeightedResidual
 from solver.simulation import simulate
-from solver.verification.cases import CHUTE, Case, Points, cap, compare, dam_break
+from solver.verification.cases import CHUTE, Case, Points, cap, compare, dam_break, relative_errors
+from solver.verification.plain_scheme import plain_run
 
 FORMS: dict[str, Scheme] = {"weighted-residual": WeightedResidual(), "collocation": Collocation()}
 LAYOUTS = ("lattice", "cloud")
+# what the weighted-residual form on a lattice takes turns with where a ladder says so
+PLAIN = ("plain MUSCL-HLL", "lattice")
 # A run is repeated so often, and more often as long as all take less than so many seconds together.
 LEAST_REPEATS, MOST_REPEATS, ENOUGH = 3, 15, 1.0
 # A run longer than this, s, is timed once.
@@ -83,12 +86,15 @@ class Ladder:
     ----------
     fine : bool
         Whether it is compared with a fine solution, on a quarter of the least spacing of all.
+    beside_plain : bool
+        Whether `solver.verification.plain_scheme` runs it too.
     """
 
     name: str
     case: Case
     spacings: dict[tuple[str, str], tuple[float, ...]]
     fine: bool = False
+    beside_plain: bool = False
 
     def known(self) -> Case:
         """Give the case with what to compare with, computing that where it has to be."""
@@ -129,7 +135,12 @@ def _spacings(
 # The collocation form knows no given depth at a side, and so no dam that is fed.
 FULL = Plan(
     (
-        Ladder("frictionless cap", cap(), _spacings((8, 4, 2, 1, 0.5), (8, 4, 2, 1), (8, 4, 2), (8, 4))),
+        Ladder(
+            "frictionless cap",
+            cap(),
+            _spacings((8, 4, 2, 1, 0.5), (8, 4, 2, 1), (8, 4, 2), (8, 4)),
+            beside_plain=True,
+        ),
         Ladder("cap with friction", cap(25.0), _spacings((8, 4, 2, 1), (8, 4, 2), (8, 4, 2), (8, 4)), True),
         Ladder("dam break 22/21", dam_break(), _spacings((2, 1, 0.5, 0.25, 0.125), (2, 1, 0.5, 0.25))),
         Ladder(
@@ -145,7 +156,12 @@ FULL = Plan(
 )
 QUICK = Plan(
     (
-        Ladder("frictionless cap", cap(), _spacings((8, 4, 2, 1), (8, 4, 2), (16, 8), (16, 8))),
+        Ladder(
+            "frictionless cap",
+            cap(),
+            _spacings((8, 4, 2, 1), (8, 4, 2), (16, 8), (16, 8)),
+            beside_plain=True,
+        ),
         Ladder("cap with friction", cap(25.0), _spacings((8, 4, 2), (8, 4), (16, 8), (16, 8)), True),
         Ladder("dam break 22/21", dam_break(), _spacings((2, 1, 0.5, 0.25), (2, 1, 0.5))),
         Ladder("chute", CHUTE, _spacings((0.8, 0.4), (0.8, 0.4), (0.8,), (0.8,)), True),
@@ -158,8 +174,13 @@ QUICK = Plan(
 def climb(ladder: Ladder, case: Case) -> Iterator[Row]:
     """Run a ladder from coarse to fine; ``case`` is its own, with what to compare with."""
     for (form, layout), spacings in ladder.spacings.items():
+        plain = ladder.beside_plain and (form, layout) == ("weighted-residual", "lattice")
+        beside: list[Row] = []
         for spacing in spacings:
-            yield timed(ladder.name, case, form, layout, spacing)
+            row, *others = timed(ladder.name, case, form, layout, spacing, plain=plain)
+            beside += others
+            yield row
+        yield from beside
 
 
 def skipping(ladder: Ladder, case: Case, spacing: float) -> Iterator[Row]:
@@ -173,14 +194,16 @@ def skipping(ladder: Ladder, case: Case, spacing: float) -> Iterator[Row]:
     for domain, where in (("", case), ("domain doubled", doubled)):
         for what in ("", "nothing skipped"):
             variant = ", ".join(filter(None, (domain, what))) or "as it is"
-            yield timed(ladder.name, where, "weighted-residual", "lattice", spacing, variant, skip=not what)
+            yield from timed(
+                ladder.name, where, "weighted-residual", "lattice", spacing, variant, skip=not what
+            )
 
 
 def ending(ladder: Ladder, spacing: float, times: tuple[float, ...]) -> Iterator[Row]:
     """Run a case on a lattice to several end times, s, compared with nothing."""
     for time in times:
         case = replace(ladder.case, time=time, expected=unknown)
-        yield timed(ladder.name, case, "weighted-residual", "lattice", spacing, "end time")
+        yield from timed(ladder.name, case, "weighted-residual", "lattice", spacing, "end time")
 
 
 def unknown(points: Points, scheme: Scheme) -> tuple[Array, Array]:
@@ -190,9 +213,17 @@ def unknown(points: Points, scheme: Scheme) -> tuple[Array, Array]:
 
 
 def timed(
-    name: str, case: Case, form: str, layout: str, spacing: float, variant: str = "", *, skip: bool = True
-) -> Row:
-    """Run a case once for its errors and its memory, then for its times."""
+    name: str,
+    case: Case,
+    form: str,
+    layout: str,
+    spacing: float,
+    variant: str = "",
+    *,
+    skip: bool = True,
+    plain: bool = False,
+) -> list[Row]:
+    """Run a case once for its errors and its memory, then for its times; the plain scheme in turn with it."""
 
     def scene() -> Scene:
         points = case.points(layout, spacing)
@@ -211,13 +242,7 @@ def timed(
     setup_time = thread_time()
     made = scene()
     setup_time = thread_time() - setup_time
-    times = [run.cpu_time] if run.cpu_time > LONG else []
-    while not times or (
-        times[0] <= LONG
-        and (len(times) < LEAST_REPEATS or (len(times) < MOST_REPEATS and sum(times) < ENOUGH))
-    ):
-        times.append(simulate(made, [case.time], skip=skip).cpu_time)
-    return Row(
+    row = Row(
         name,
         form,
         layout,
@@ -227,8 +252,8 @@ def timed(
         int(np.prod(made.points.shape)),
         run.steps,
         run.cell_stages,
-        median(times),
-        len(times),
+        run.cpu_time,
+        1,
         setup_time,
         found.depth,
         found.momentum,
@@ -236,6 +261,48 @@ def timed(
         run.ledger.error,
         memory,
         setup_memory,
+    )
+    rows = [row, _plain(row, case)] if plain else [row]
+
+    def again(which: Row) -> float:
+        if which is row:
+            return simulate(made, [case.time], skip=skip).cpu_time
+        return plain_run(made, case.time).cpu_time
+
+    turns: list[list[float]] = []
+    while row.cpu_time <= LONG and (
+        len(turns) < LEAST_REPEATS
+        or (len(turns) < MOST_REPEATS and sum(first for first, *_ in turns) < ENOUGH)
+    ):
+        turns.append([again(each) for each in rows])
+    times = zip(*turns, strict=True) if turns else [[each.cpu_time] for each in rows]
+    return [
+        replace(each, cpu_time=median(taken), repeats=len(taken))
+        for each, taken in zip(rows, times, strict=True)
+    ]
+
+
+def _plain(row: Row, case: Case) -> Row:
+    """Run a case by the plain scheme on the lattice of a row."""
+    tracemalloc.start()
+    made = case.scene(case.lattice(row.spacing), FORMS["weighted-residual"])
+    run = plain_run(made, case.time)
+    _, memory = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    depth, momentum, depth_l1 = relative_errors(case, made, run.depth, run.momentum_x)
+    form, layout = PLAIN
+    return replace(
+        row,
+        form=form,
+        layout=layout,
+        steps=run.steps,
+        cell_stages=run.cell_stages,
+        cpu_time=run.cpu_time,
+        depth=depth,
+        momentum=momentum,
+        depth_l1=depth_l1,
+        volume_error=float(run.depth.sum() / made.depth.sum()) - 1.0,
+        memory=memory,
     )
 
 

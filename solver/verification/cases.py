@@ -100,17 +100,18 @@ def relative_l2(found: Array, wanted: Array, weight: float | Array = 1.0) -> flo
     return float(np.sqrt((weight * (found - wanted) ** 2).sum() / (weight * wanted**2).sum()))
 
 
+def relative_errors(case: Case, scene: Scene, h: Array, q: Array) -> tuple[float, float, float]:
+    """Errors of depth (m) and momentum along the bed (m2 s-1): L2 of both, and L1 of depth, dimensionless."""
+    area = scene.points.cell_area
+    depth, momentum = case.expected(scene.points, scene.scheme)
+    l1 = float((area * np.abs(h - depth)).sum() / (area * depth).sum())
+    return relative_l2(h, depth, area), relative_l2(q, momentum, area), l1
+
+
 def compare(case: Case, scene: Scene, run: Result) -> Measured:
     """Compare the last frame of a run of the case's scene with what is expected."""
-    area = scene.points.cell_area
     h, u = run.depth[-1], run.velocity_x[-1]
-    depth, momentum = case.expected(scene.points, scene.scheme)
-    return Measured(
-        relative_l2(h, depth, area),
-        relative_l2(h * u, momentum, area),
-        float((area * np.abs(h - depth)).sum() / (area * depth).sum()),
-        run,
-    )
+    return Measured(*relative_errors(case, scene, h, h * u), run)
 
 
 def measure(case: Case, points: Points, scheme: Scheme = CONSERVATIVE) -> Measured:

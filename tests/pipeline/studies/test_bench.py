@@ -20,6 +20,7 @@ from solver.scene import Collocation, WeightedResidual
 from solver.verification.cases import CHUTE, cap, measure
 from solver.verification.fine_solution import fine_solution, overlap
 
+FIRST = ("weighted-residual", "lattice")
 # the chute, so wide that the flow does not come to the walls
 WIDE = replace(CHUTE, y=(-10.0, 10.0))
 TINY = Plan(
@@ -32,6 +33,7 @@ TINY = Plan(
                 ("weighted-residual", "cloud"): (16, 8),
                 ("collocation", "lattice"): (32, 16),
             },
+            beside_plain=True,
         ),
         Ladder("chute", WIDE, {("weighted-residual", "lattice"): (1.6, 0.8)}, fine=True),
     ),
@@ -141,7 +143,7 @@ def test_a_table_takes_the_place_of_the_one_of_its_heading():
 
 def test_errors_fall_with_the_spacing_in_every_form_and_layout(benched):
     rows = [row for row in benched[2] if not row["variant"]]
-    assert len(rows) == 8
+    assert len(rows) == 10
     for coarse, fine in zip(rows[::2], rows[1::2], strict=True):
         assert [coarse[k] for k in ("case", "form", "layout")] == [
             fine[k] for k in ("case", "form", "layout")
@@ -154,6 +156,26 @@ def test_errors_fall_with_the_spacing_in_every_form_and_layout(benched):
         assert float(row["cpu_time"]) > 0
         assert int(row["repeats"]) >= 3
         assert int(row["memory"]) > 3 * 8 * int(row["points"])
+
+
+def test_times_to_an_error_stand_over_those_of_the_plain_scheme(benched):
+    to, _, rows = benched
+    _, _, *table = section(to / "bench.md", bench.READ_OFF)
+    costs = {name: cells for name, *cells in table}
+    plain = [r for r in rows if r["form"] == "plain MUSCL-HLL"]
+    # by as many repeats as what it took turns with
+    turns = [r for r in rows if (r["case"], r["form"], r["layout"]) == (bench.COMPARED, *FIRST)]
+    assert [r["repeats"] for r in plain] == [r["repeats"] for r in turns]
+    assert len(costs) == 4 + 3
+    for name, cells in costs.items():
+        if name.endswith(", ratio"):
+            own, plain_ones = costs[name.removesuffix(", ratio")], costs["plain MUSCL-HLL, lattice"]
+            for ratio, one, other in zip(cells, own, plain_ones, strict=True):
+                assert (ratio == "-") == ("-" in (one, other))
+                if ratio != "-":
+                    known = float(one.strip("~")) / float(other.strip("~"))
+                    # of numbers of two digits
+                    assert float(ratio.strip("~")) == pytest.approx(known, rel=0.12)
 
 
 def test_what_is_skipped_is_work_and_not_the_result(benched):
