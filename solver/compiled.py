@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cache, partial, wraps
+from functools import cache, cached_property, partial, wraps
 from pathlib import Path
 from typing import Any, ClassVar, ParamSpec, Protocol, TypeVar, cast
 
 import numba
 import numpy as np
+from numba.core.caching import FunctionCache
 from numba.core.codegen import get_host_cpu_features
 from numba.core.compiler import Compiler, Flags
 from numba.core.registry import CPUDispatcher
@@ -126,6 +127,29 @@ def _compiler(unaliased: bool, counts: bool, wrapped: bool) -> type[_Compiler]:
     return type("_Chosen", (_Compiler,), choice)
 
 
+class _Kept:
+    """What is kept on disk of a kernel, looked for when it is compiled first: most are never asked for.
+
+    To find the place of one takes a millisecond, of all a quarter of a second.
+    """
+
+    def __init__(self, function: Callable[..., Any], called: bool) -> None:
+        self._function, self._called = function, called
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._found, name)
+
+    @cached_property
+    def _found(self) -> FunctionCache:
+        before, folder = config.CACHE_DIR, cache_directory(self._function.__module__)
+        # under one name there is one of both kinds
+        config.CACHE_DIR = str(folder / "called" if self._called else folder)
+        try:
+            return FunctionCache(self._function)  # type: ignore[no-untyped-call]
+        finally:
+            config.CACHE_DIR = before
+
+
 class _Inner(CPUDispatcher):
     """A kernel that kernels call. Python calls it by another one that it is compiled to then."""
 
@@ -182,14 +206,10 @@ def kernel(
 
     def compile_(function: Callable[..., Any], called: bool = from_python or as_source) -> Any:
         widen_vectors()
-        before, folder = config.CACHE_DIR, cache_directory(function.__module__)
-        # under one name there is one of both kinds
-        config.CACHE_DIR = str(folder / "called" if called else folder)
         compiler = _compiler(unaliased, makes_arrays, called)
-        try:
-            made = numba.njit(cache=cached, pipeline_class=compiler, **options)(function)
-        finally:
-            config.CACHE_DIR = before
+        made = numba.njit(pipeline_class=compiler, **options)(function)
+        if cached:
+            made._cache = _Kept(function, called)
         if not called:
             made.__class__ = _Inner
             made.outer = cache(partial(compile_, function, True))

@@ -3,26 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Hashable
-from typing import Literal
+from typing import TYPE_CHECKING, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.cloud.operators import CloudOperators
-from solver.cloud.operators import prepare as prepare_cloud
-from solver.cloud.run import CloudRun
-from solver.cloud.surface_run import SurfaceCloudRun
-from solver.collocation.operators import CollocationOperators, prepare_collocation
-from solver.collocation.run import CollocationRun
-from solver.lattice.run import LatticeRun
 from solver.physics.elevation import Surface
 from solver.points.cloud import PointCloud
 from solver.points.lattice import Lattice
-from solver.run import Run
 from solver.scene import Collocation, Scene, Scheme, WeightedResidual
-from solver.surface.run import SurfaceRun
 
-Operators = CloudOperators | CollocationOperators
+if TYPE_CHECKING:
+    from solver.cloud.operators import CloudOperators
+    from solver.collocation.operators import CollocationOperators
+    from solver.run import Run
+
+Operators: TypeAlias = "CloudOperators | CollocationOperators"
 Kind = Literal[
     "lattice",
     "cloud",
@@ -84,27 +80,41 @@ def prepare(
         If a support cannot carry the basis; the message names the points.
     """
     if isinstance(scheme, Collocation):
+        from solver.collocation.operators import prepare_collocation
+
         return prepare_collocation(
             points, scheme.support, scheme.degree, scheme.weight_shape, scheme.derivative
         )
     if isinstance(points, Lattice):
         return None
+    from solver.cloud.operators import prepare as prepare_cloud
+
     return prepare_cloud(points, scheme.support, scheme.degree, scheme.weight_shape, buildings)
 
 
 def begin(scene: Scene, end: float, arrival_depth: float, skip: bool) -> Run:
-    """Make the run that a scene's points and scheme ask for."""
+    """Make the run that a scene's points and scheme ask for; what no run asks for is not loaded."""
     if scene.buildings is not None and not isinstance(scene.scheme, WeightedResidual):
         raise ValueError("buildings take the weighted-residual form")
     on_surface, built = isinstance(scene.terrain, Surface), scene.buildings is not None
     match kind_of(scene.points, scene.scheme, on_surface=on_surface, built=built):
         case "surface" | "surface-with-buildings":
+            from solver.surface.run import SurfaceRun
+
             return SurfaceRun(scene, end, arrival_depth, whole=not skip)
         case "lattice" | "lattice-with-buildings":
+            from solver.lattice.run import LatticeRun
+
             return LatticeRun(scene, end, arrival_depth, whole=not skip)
         case "cloud":
+            from solver.cloud.run import CloudRun
+
             return CloudRun(scene, end, arrival_depth)
         case "cloud-on-surface":
+            from solver.cloud.surface_run import SurfaceCloudRun
+
             return SurfaceCloudRun(scene, end, arrival_depth)
         case "collocation":
+            from solver.collocation.run import CollocationRun
+
             return CollocationRun(scene, end, arrival_depth)

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from typing import get_args
+from typing import Any, get_args
 
 import numpy as np
 
-from solver.cloud.time_stepping import advance_cloud, advance_cloud_on_surface
-from solver.collocation.time_stepping import advance_collocation
 from solver.compiled import is_compiled
 from solver.forms import Kind, begin
-from solver.lattice import time_stepping
 from solver.physics.elevation import ElevationModel
 from solver.physics.friction import Coulomb
 from solver.physics.terrain import Plane
@@ -19,23 +16,40 @@ from solver.points.cloud import random_points
 from solver.points.lattice import Lattice
 from solver.scene import Collocation, Scene, WeightedResidual
 from solver.simulation import simulate
-from solver.surface import time_stepping as surface_stepping
 
 KINDS: tuple[Kind, ...] = get_args(Kind)
 
 
 def not_compiled(kinds: Collection[Kind] = KINDS) -> list[Kind]:
     """List those kinds of runs whose kernels are not on disk yet."""
-    last = {
-        "lattice": time_stepping.advance,
-        "cloud": advance_cloud,
-        "collocation": advance_collocation,
-        "surface": surface_stepping.advance_surface,
-        "cloud-on-surface": advance_cloud_on_surface,
-        "lattice-with-buildings": time_stepping.advance_among_buildings,
-        "surface-with-buildings": surface_stepping.advance_among_buildings,
-    }
-    return [kind for kind in kinds if not is_compiled(last[kind])]
+    return [kind for kind in kinds if not is_compiled(_last(kind))]
+
+
+def _last(kind: Kind) -> Any:
+    """Give the kernel of a kind of runs that is compiled last."""
+    match kind:
+        case "lattice" | "lattice-with-buildings":
+            from solver.lattice import time_stepping
+
+            built = kind.endswith("buildings")
+            return time_stepping.advance_among_buildings if built else time_stepping.advance
+        case "surface" | "surface-with-buildings":
+            from solver.surface import time_stepping as surface_stepping
+
+            built = kind.endswith("buildings")
+            return surface_stepping.advance_among_buildings if built else surface_stepping.advance_surface
+        case "cloud":
+            from solver.cloud.time_stepping import advance_cloud
+
+            return advance_cloud
+        case "cloud-on-surface":
+            from solver.cloud.time_stepping import advance_cloud_on_surface
+
+            return advance_cloud_on_surface
+        case "collocation":
+            from solver.collocation.time_stepping import advance_collocation
+
+            return advance_collocation
 
 
 def compile_kernels(kinds: Collection[Kind] = KINDS, piece: int | None = None) -> None:

@@ -38,7 +38,7 @@ from pipeline.store.variables import Status
 from solver.forms import Kind
 from solver.points.lattice import Lattice
 from solver.simulation import simulate
-from solver.warmup import compile_kernels
+from solver.warmup import compile_kernels, not_compiled
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -320,8 +320,10 @@ def _execute(
             ahead = head_start(() if engine else kinds)
             with main_not_imported(), ahead as processes, _pool(few, width, engine, solve) as pool:
                 progress.tell(str(pool))
-                rest = partial(compile_kernels, sorted(kinds))
-                compile_once(pool.start, progress.tell, interrupts, rest, processes)
+                # what is compiled a process loads with its first run
+                if not few or not_compiled(kinds):
+                    rest = partial(compile_kernels, sorted(kinds))
+                    compile_once(pool.start, progress.tell, interrupts, rest, processes)
                 return execute(pool, pool.width, jobs, progress.report, interrupts, progress.under_way)
     except KeyboardInterrupt:
         return Ending(interrupted=True)

@@ -15,6 +15,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import cache
+from itertools import count
 from time import sleep
 from typing import TYPE_CHECKING
 
@@ -94,14 +95,15 @@ def keep_freed_memory() -> None:
             library.mallopt(M_MMAP_THRESHOLD, 2**25)
 
 
-@cache
 def freeze_loaded() -> None:
-    """Leave what this process has loaded by now out of the search for garbage: it stays to the end.
+    """Leave what the first job of this process has loaded out of the search for garbage: it stays to the end.
 
-    Modules and compiled code are half a million objects; going through them costs 1 ms a short run.
+    Modules and compiled code are half a million objects; going through them costs 1 ms a short run. Doing so
+    once takes a tenth of a second, so that it waits for the second job: many processes do one alone.
     """
-    gc.collect()
-    gc.freeze()
+    if next(_jobs) == 1:
+        gc.collect()
+        gc.freeze()
 
 
 def _worker() -> Worker | None:
@@ -125,3 +127,4 @@ def _end(worker: Worker | None, name: str) -> None:
 
 
 UNLIMITED = Limits()
+_jobs = count()

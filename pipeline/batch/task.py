@@ -80,6 +80,7 @@ def perform(job: Job, solve: Solve = simulate) -> Outcomes:
         If the store cannot be read or written. What goes wrong inside a run is an outcome, not an error.
     """
     keep_freed_memory()
+    freeze_loaded()
     first = job.runs[0].index
     states = zarr_store.statuses(job.path, slice(first, job.runs[-1].index + 1))
     finished = {run.index: Status(states[run.index - first]) for run in job.runs}
@@ -99,8 +100,6 @@ def perform(job: Job, solve: Solve = simulate) -> Outcomes:
         if job.checkpoints is not None:
             for index in rows:
                 job.checkpoints.of(index).remove()
-    # with the first job the kernels were loaded
-    freeze_loaded()
     return Outcomes(outcomes)
 
 

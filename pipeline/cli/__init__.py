@@ -14,4 +14,8 @@ def main() -> None:
     gc.set_threshold(100_000, 30, 30)
     from pipeline.cli.app import main as run
 
-    run()
+    try:
+        run()
+    finally:
+        # nor is it looked through before the process ends, which takes as long again
+        gc.freeze()

@@ -29,7 +29,7 @@ class Section(BaseModel):
     """
 
     advice: ClassVar[str] = ""
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False, defer_build=True)
 
 
 def key(
