@@ -214,8 +214,8 @@ def over_paths(above: Floats, roots: Array, paths: Floats, few: Draws) -> Array:
         half /= half.sum()
     path, held = np.empty(paths.shape[2], SINGLE), np.empty((2, paths.shape[2]), SINGLE)
     variance_over_paths(
-        above.astype(SINGLE), SINGLE.type(0), roots.astype(SINGLE), paths.astype(SINGLE),
-        share.astype(SINGLE), path, held, found,
+        above.astype(SINGLE), roots.astype(SINGLE), paths.astype(SINGLE), share.astype(SINGLE),
+        path, held, found,
     )  # fmt: skip
     return found
 

@@ -104,8 +104,8 @@ def shares_above(mean, level, variance, scale, share, block, normal, deviation, 
 
 
 @kernel(from_python=True, unaliased=True)
-def variance_over_paths(mean, level, roots, paths, share, path, held, found):  # type: ignore[no-untyped-def]
-    """Variance over paths of the share of draws that are above a level.
+def variance_over_paths(mean, roots, paths, share, path, held, found):  # type: ignore[no-untyped-def]
+    """Variance over paths of the share of draws that are above 0.
 
     It is the covariance of the shares of two halves of the draws, every second one, and at least 0: that of
     all of them has on top what comes of their number.
@@ -114,8 +114,6 @@ def variance_over_paths(mean, level, roots, paths, share, path, held, found):  #
     ----------
     mean : array, shape (c, m)
         Of each output and draw.
-    level : float
-        The level.
     roots, paths : array, shapes (parts, c) and (parts, m, k)
         Deviation of each output, and deviations of draws along each path in units of it.
     share : array, shape (m,)
@@ -135,7 +133,7 @@ def variance_over_paths(mean, level, roots, paths, share, path, held, found):  #
             for j in range(1, parts):
                 for k in range(count):
                     path[k] += roots[j, c] * paths[j, i, k]
-            least, part, half = level - mean[c, i], share[i], held[i % 2]
+            least, part, half = -mean[c, i], share[i], held[i % 2]
             for k in range(count):
                 half[k] += part if path[k] > least else part - part
         first, second, both = 0.0, 0.0, 0.0
