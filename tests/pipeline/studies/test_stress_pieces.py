@@ -26,12 +26,16 @@ KNOWN_RATE = 0.02
 
 @pytest.fixture
 def counted(monkeypatch):
-    """Run scenes in this process, three a piece, and count them."""
+    """Draw scenes, three a piece, and count those that would be run."""
     ran = []
 
     def campaign(todo, workers, tell, work):
         ran.extend(drawn.name for drawn, _ in todo)
-        return [perform(drawn, False, 1e3) for drawn, _ in todo]
+        numbers = [int(drawn.name.rpartition("-")[2]) for drawn, _ in todo]
+        return [
+            Row(drawn, Watched(points=1 + number, steps=5, time=1.0))
+            for number, (drawn, _) in zip(numbers, todo, strict=True)
+        ]
 
     monkeypatch.setattr(pieces, "campaign", campaign)
     monkeypatch.setattr(pieces, "same_with_any_workers", lambda *given: None)

@@ -148,8 +148,10 @@ def test_on_a_plane_it_is_nearly_the_cloud_of_a_profile():
     ]
     for here, there in pairs:
         apart = np.abs(here[:, order] - there)
-        # 4.6e-3 and 6.9e-4 of what goes across, half of that and less of the others
-        assert apart.max() < 5e-3 * np.abs(here).max()
+        # a cell of the front that gets wet a step earlier is off by up to 8e-3 of the largest value, at some
+        # times; when the front has passed all are to 7e-5, and to 1.4e-4 in what goes across
+        assert apart[-1].max() < 2e-4 * np.abs(here).max()
+        assert np.linalg.norm(apart) < 2e-3 * np.linalg.norm(here)
         assert apart.sum() < 1e-3 * np.abs(here).sum()
     # 7e-6
     assert two.sections.volume[0, -1] == pytest.approx(one.sections.volume[0, -1], rel=2e-5)
