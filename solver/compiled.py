@@ -10,7 +10,7 @@ from typing import Any, ClassVar, ParamSpec, Protocol, TypeVar, cast
 import numba
 import numpy as np
 from numba.core.caching import FunctionCache
-from numba.core.codegen import JITCodeLibrary, get_host_cpu_features
+from numba.core.codegen import get_host_cpu_features
 from numba.core.compiler import Compiler, Flags
 from numba.core.registry import CPUDispatcher
 from numba.extending import overload
@@ -82,38 +82,6 @@ class _Flags(Flags):
         return self.known.setdefault(repr(copied.values()), copied)
 
 
-class _NoEnvironments:
-    """Takes the place of what holds the Python objects of compiled functions, of which kernels use none."""
-
-    def set_env(self, name: str, environment: Any) -> None:
-        """Do nothing."""
-
-
-class _Linked(JITCodeLibrary):
-    """Code that is linked into that of other kernels, and is machine code there alone.
-
-    Numba makes machine code of all that a function calls once more with each function that calls it, which
-    took a third of the time of compiling.
-    """
-
-    codegen = _NoEnvironments()
-
-    def _finalize_final_module(self) -> None:
-        self._finalize_dynamic_globals()  # type: ignore[no-untyped-call]
-        self._verify_declare_only_symbols()  # type: ignore[no-untyped-call]
-        self._finalized = True
-
-    def get_pointer_to_function(self, name: str) -> int:
-        """Give 0, as for a function that Python cannot call."""
-        self._ensure_finalized()  # type: ignore[no-untyped-call]
-        return 0
-
-    def serialize_using_object_code(self) -> tuple[str, str, bytes]:
-        """Give what is kept on disk."""
-        self._ensure_finalized()  # type: ignore[no-untyped-call]
-        return self.name, "bitcode", self._get_module_for_linking().as_bitcode()  # type: ignore[no-untyped-call]
-
-
 class _Compiler(Compiler):
     """Numba's compiler, without the wrapper that C would call a function by.
 
@@ -139,15 +107,13 @@ class _Compiler(Compiler):
         super().__init__(*before, flags, types)  # type: ignore[no-untyped-call, call-arg]
 
     def compile_extra(self, func: Any) -> Any:
-        """Compile a function; what kernels alone call becomes machine code as part of what Python calls.
+        """Compile a function.
 
         Raises
         ------
         TypeError
             If Python calls it, it returns arrays, and it does not count the references to them.
         """
-        if not self.wrapped:
-            self.state.library = _Linked(self.state.targetctx.codegen(), func.__qualname__)  # type: ignore[no-untyped-call]
         compiled = super().compile_extra(func)  # type: ignore[no-untyped-call]
         models = compiled.target_context.data_model_manager
         if self.wrapped and not self.counts and models[compiled.signature.return_type].contains_nrt_meminfo():
@@ -172,16 +138,6 @@ class _Kept:
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._found, name)
-
-    def load_overload(self, signature: Any, target: Any) -> Any:
-        """Load a kernel that is compiled for a signature; None if there is none."""
-        codegen = target.codegen()
-        if not self._called:
-            codegen._library_class = _Linked
-        try:
-            return self._found.load_overload(signature, target)  # type: ignore[no-untyped-call]
-        finally:
-            codegen.__dict__.pop("_library_class", None)
 
     @cached_property
     def _found(self) -> FunctionCache:
