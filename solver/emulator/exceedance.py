@@ -37,7 +37,7 @@ class Exceedance:
     probability : array
         On the finest level.
     coarse : array
-        On the coarsest one.
+        On the coarsest one; its difference to the finest is over the few draws.
     variance : array
         Of the probability over what the runs leave open.
     score : ExceedanceScore
