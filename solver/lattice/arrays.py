@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.arrays import Array
+from solver.arrays import Array, Indices
 from solver.kernels.erosion import Erosion
 from solver.kernels.record import Record
 from solver.kernels.sections.inflow import Inflows
@@ -31,7 +31,10 @@ class Buffers(NamedTuple):
         Ring of rows; the face with the index of a cell is the one before it along x, and the one after it
         along y.
     lost
-        Ring of rows of the share of its depth that a cell would lose in a stage.
+        Ring of rows of the depth that a cell would lose in a stage, m; of those that run dry the share of
+        their depth.
+    emptied
+        Ring of rows: how many cells run dry, and their columns.
     before
         One row of the state at the start of the step, where a stage takes its place.
     """
@@ -41,6 +44,7 @@ class Buffers(NamedTuple):
     x_fluxes: Fluxes
     y_fluxes: Fluxes
     lost: Array
+    emptied: Indices
     before: Fields
 
 

@@ -21,7 +21,6 @@ from solver.compiled import ONE, kernel
 from solver.kernels.boundary import account, boundary_flux, stopped
 from solver.kernels.flow_axes import sheared
 from solver.kernels.friction import law_at
-from solver.kernels.limiter import EMPTIED, afforded
 from solver.kernels.riemann import hll
 from solver.kernels.sections.admission import admit_next
 from solver.kernels.sections.inflow import close_to_backflow
@@ -46,100 +45,11 @@ from solver.kernels.state import (
 )
 from solver.lattice.arrays import RING, LatticeArrays
 from solver.lattice.ghosts import fill_ghosts
+from solver.lattice.outflow import limit_outflow, note_emptied, outflow_exceeds
 from solver.lattice.reconstruction import face_values
 from solver.lattice.spans import hull
 from solver.lattice.symmetry import images, mirror_fluxes
 from solver.lattice.walls import close_x, close_y, faces_beside
-
-
-@kernel(unaliased=True)
-def outflow_limits(
-    h: Array,
-    cell: int,
-    count: int,
-    x_mass: Array,
-    west: int,
-    y_mass: Array,
-    south: int,
-    north: int,
-    dt: float,
-    grid: Grid,
-    lost: Array,
-    to: int,
-) -> bool:
-    """Share of its depth that each cell of a row would lose in dt (s).
-
-    Parameters
-    ----------
-    h : flat array
-        Depth, m.
-    x_mass, west, y_mass, south, north
-        Mass fluxes (m2 s-1) and the indices of the first cell's faces.
-    lost, to
-        Filled from index ``to`` on.
-
-    Returns
-    -------
-    bool
-        True if some cell runs dry; only then ``lost`` is filled.
-    """
-    over_x, over_y = dt / grid.dx, dt / grid.dy
-    short = 0
-    for k in range(count):
-        i = np.uint64(k)
-        w, e = x_mass[np.uint64(west) + i], x_mass[np.uint64(west + 1) + i]
-        s, n = y_mass[np.uint64(south) + i], y_mass[np.uint64(north) + i]
-        out_x = (e if e > 0.0 else 0.0) - (w if w < 0.0 else 0.0)
-        out_y = (n if n > 0.0 else 0.0) - (s if s < 0.0 else 0.0)
-        loss, most = out_x * over_x + out_y * over_y, EMPTIED * h[np.uint64(cell) + i]
-        short |= 1 if loss > most else 0
-    if short == 0:
-        return False
-    for k in range(count):
-        w, e, s, n = x_mass[west + k], x_mass[west + 1 + k], y_mass[south + k], y_mass[north + k]
-        loss = (max(e, 0.0) - min(w, 0.0)) * over_x + (max(n, 0.0) - min(s, 0.0)) * over_y
-        lost[to + k] = loss / (h[cell + k] + 1e-300)
-    return True
-
-
-@kernel()
-def limit_outflow(
-    fluxes: Fluxes,
-    at: int,
-    lost: Array,
-    low: int,
-    high: int,
-    n: Array,
-    t: Array,
-    cell: int,
-    neighbour: int,
-    count: int,
-) -> None:
-    """Replace mass and momentum fluxes by what cells can afford (`limiter.afforded`); pressure stays.
-
-    A face that carries no mass leaves no cell, and keeps the impulse of a wall or of two flows that meet.
-
-    Parameters
-    ----------
-    fluxes, at
-        Fluxes, changed in place, and the index of the first face.
-    lost, low, high
-        Shares, from `outflow_limits`, and the indices of the first face's cells.
-    n, t : flat arrays
-        Velocity along the direction and across it, m s-1.
-    cell, neighbour : int
-        Index of the cell on the low side of the first face, and distance to the one on its high side.
-    count : int
-        Number of faces.
-    """
-    for k in range(count):
-        f, mass = at + k, fluxes.mass[at + k]
-        if mass == 0.0:
-            continue
-        i, share = (cell + k, lost[low + k]) if mass > 0.0 else (cell + k + neighbour, lost[high + k])
-        fluxes.mass[f], fluxes.normal[f], fluxes.tangential[f] = afforded(
-            (mass, fluxes.normal[f], fluxes.tangential[f]), share, n[i], t[i]
-        )
 
 
 @kernel()
@@ -212,13 +122,12 @@ def stage(
     comes_in, measured = len(inflows.cell) > 0, len(sections.volume) > 0
     # rows of buffers have room for a whole vector more, so that none runs into the next
     room = m + LANES
-    along, across, x_fluxes, y_fluxes, lost, before = arrays.buffers
+    along, across, x_fluxes, y_fluxes, lost, emptied, before = arrays.buffers
     h, u, v = now
     beta_x, beta_y, static = status.beta_x, status.beta_y, status.static
     x_mass, y_mass = x_fluxes.mass, y_fluxes.mass
     west, east, low, high = sides.kind[0], sides.kind[1], sides.kind[2], sides.kind[3]
     fill_ghosts(now, beta_x, beta_y, sides, grid, spans, first, last)
-    short_before = False
     for j in range(first - 1, last + 2):
         ring, below = (j % RING) * room, ((j - 1) % RING) * room
         # nothing passes between the rows of a flow that does not vary: their fluxes stay zero
@@ -246,7 +155,7 @@ def stage(
             if j == grid.rows - GHOSTS - 1:
                 restrict_side(y_fluxes, ring + a, h, v, u, beta_y, j * m + a, b - a, high, 1.0)
             close_y(walls, j, m, across, 0, room, y_fluxes, ring)
-        short = False
+        emptied[ring] = 0
         a, b = spans[0, j], spans[1, j]
         if a < b:
             face_values(h, u, v, beta_x, j * m + a - 1, ONE, whole(b - a + 2), dry, along, a - 1)
@@ -280,40 +189,15 @@ def stage(
         if comes_in:
             close_to_backflow(inflows, h, j, m, along, across, room, x_fluxes, y_fluxes, ring, dt)
         if a < b:
-            short = outflow_limits(
-                h,
-                j * m + a,
-                b - a,
-                x_mass,
-                ring + a,
-                y_mass,
-                below + a,
-                ring + a,
-                dt,
-                grid,
-                lost,
-                ring + a,
-            )
-            if not short:
-                lost[ring + a : ring + b] = 0.0
-            else:
-                # beyond the ends of a span faces are closed or on the boundary
-                lost[ring + a - 1] = lost[ring + b] = 0.0
-                limit_outflow(
-                    x_fluxes, ring + a, lost, ring + a - 1, ring + a, u, v, j * m + a - 1, 1, b - a + 1
-                )
+            over = x_mass, ring + a, y_mass, below + a, ring + a, dt, grid, lost, ring + a
+            if outflow_exceeds(h, None, j * m + a, b - a, *over):
+                note_emptied(h, j * m + a, a, b - a, lost, ring, emptied)
+        limit_outflow(x_fluxes, y_fluxes, ring, below, lost, emptied, u, v, None, None, j * m, m, j < first)
+        if a < b:
             if a == GHOSTS:
                 account(images(sides, j) * share * dt * grid.dy * -x_mass[ring + a], 0, ledger)
             if b == m - GHOSTS:
                 account(images(sides, j) * share * dt * grid.dy * x_mass[ring + b], 1, ledger)
-        if short or short_before:
-            a, b = hull(spans, j - 1, j)
-            for row in (j - 1, j):
-                lo, hi = (spans[0, row], spans[1, row]) if spans[0, row] < spans[1, row] else (b, b)
-                lost[(row % RING) * room + a : (row % RING) * room + lo] = 0.0
-                lost[(row % RING) * room + hi : (row % RING) * room + b] = 0.0
-            limit_outflow(y_fluxes, below + a, lost, below + a, ring + a, v, u, (j - 1) * m + a, m, b - a)
-        short_before = short
         row = j - 1
         a, b = spans[0, row], spans[1, row]
         if measured and row >= first - 1:

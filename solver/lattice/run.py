@@ -178,7 +178,8 @@ class LatticeRun(Run):
             FaceValues(*(roomy(2 * at_once * n) for _ in range(7))),
             Fluxes(*(roomy(at_once * RING * n) for _ in range(4))),
             Fluxes(*(roomy(at_once * RING * n) for _ in range(4))),
-            np.ones(at_once * RING * n),
+            roomy(at_once * RING * n),
+            np.zeros(at_once * RING * n, dtype=np.int64),
             Fields(*(roomy(n) for _ in range(3))),
         )
         bed, entrained = self.scene.erodible_bed, self.erosion.entrained

@@ -14,7 +14,6 @@ import numpy as np
 from solver.arrays import Array
 from solver.compiled import ONE, kernel
 from solver.kernels.friction import law_at
-from solver.kernels.limiter import EMPTIED, afforded
 from solver.kernels.riemann import hll
 from solver.kernels.runge_kutta import SSP_RK3, share_of_step
 from solver.kernels.sections.admission import admit_next
@@ -23,11 +22,12 @@ from solver.kernels.sections.measured import measure
 from solver.kernels.source_terms import acting_share, update_cell
 from solver.kernels.state import BELOW_YIELD, LANES, Fields, Fluxes, Material, whole
 from solver.lattice.arrays import RING
+from solver.lattice.outflow import limit_outflow, note_emptied, outflow_exceeds
 from solver.lattice.residual import copy_row
 from solver.lattice.spans import hull
 from solver.lattice.walls import close_x, close_y
 from solver.surface.arrays import SurfaceArrays
-from solver.surface.metric import EdgeFrames, Metric
+from solver.surface.metric import Metric
 from solver.surface.pressure import Pressure, over_edges, pushed, tilts_of
 from solver.surface.reconstruction import edge_values
 from solver.surface.walls import edges_beside
@@ -45,88 +45,6 @@ def lengthen(fluxes: Fluxes, at: int, length: Array, cell: int, count: int) -> N
         fluxes.normal[f] *= edge
         fluxes.tangential[f] *= edge
         fluxes.pressure[f] *= edge
-
-
-@kernel(unaliased=True)
-def outflow_limits(
-    h: Array,
-    per_area: Array,
-    cell: int,
-    count: int,
-    x_mass: Array,
-    west: int,
-    y_mass: Array,
-    south: int,
-    north: int,
-    dt: float,
-    lost: Array,
-    to: int,
-) -> bool:
-    """Share of its depth that each cell of a row would lose in dt (s).
-
-    Returns
-    -------
-    bool
-        True if some cell runs dry; only then ``lost`` is filled, from index ``to`` on.
-    """
-    short = 0
-    for k in range(count):
-        i = np.uint64(k)
-        w, e = x_mass[np.uint64(west) + i], x_mass[np.uint64(west + 1) + i]
-        s, n = y_mass[np.uint64(south) + i], y_mass[np.uint64(north) + i]
-        out_x = (e if e > 0.0 else 0.0) - (w if w < 0.0 else 0.0)
-        out_y = (n if n > 0.0 else 0.0) - (s if s < 0.0 else 0.0)
-        c = np.uint64(cell) + i
-        short |= 1 if (out_x + out_y) * (dt * per_area[c]) > EMPTIED * h[c] else 0
-    if short == 0:
-        return False
-    for k in range(count):
-        w, e, s, n = x_mass[west + k], x_mass[west + 1 + k], y_mass[south + k], y_mass[north + k]
-        out = (max(e, 0.0) - min(w, 0.0)) + (max(n, 0.0) - min(s, 0.0))
-        lost[to + k] = out * (dt * per_area[cell + k]) / (h[cell + k] + 1e-300)
-    return True
-
-
-@kernel()
-def limit_outflow(
-    fluxes: Fluxes,
-    at: int,
-    lost: Array,
-    low: int,
-    high: int,
-    u: Array,
-    v: Array,
-    edges: EdgeFrames,
-    cell: int,
-    neighbour: int,
-    count: int,
-) -> None:
-    """Replace fluxes by what cells can afford, as `solver.lattice.residual.limit_outflow`.
-
-    Parameters
-    ----------
-    u, v : array
-        Velocity in the frames of the cells, m s-1.
-    edges : EdgeFrames
-        Of the direction.
-    """
-    _, c_low, s_low, c_high, s_high = edges
-    for k in range(count):
-        f, mass = at + k, fluxes.mass[at + k]
-        if mass == 0.0:
-            continue
-        # an edge has the index of the cell on its low side
-        one = cell + k
-        if mass > 0.0:
-            i, share, c, s = one, lost[low + k], c_low[one], s_low[one]
-        else:
-            i, share, c, s = one + neighbour, lost[high + k], c_high[one], s_high[one]
-        fluxes.mass[f], fluxes.normal[f], fluxes.tangential[f] = afforded(
-            (mass, fluxes.normal[f], fluxes.tangential[f]),
-            share,
-            c * u[i] + s * v[i],
-            c * v[i] - s * u[i],
-        )
 
 
 @kernel(unaliased=True)
@@ -217,12 +135,11 @@ def sweep_row(
     out: Fields,
     j: int,
     first: int,
-    short_before: bool,
     place: int,
     part: float,
     share: float,
     dt: float,
-) -> bool:
+) -> None:
     """Find the fluxes of a row in a Runge-Kutta stage, and update the row before, whose fluxes are all known.
 
     Parameters
@@ -233,8 +150,6 @@ def sweep_row(
         The row; rows are swept from the one before ``first`` to the one after the last that is stepped.
     first : int
         First row to be stepped, from `solver.lattice.spans.spread`.
-    short_before : bool
-        What this returned for the row before.
     place : int
         Number of the stage among those that are swept together, each of which has buffers of its own.
     part : float
@@ -243,11 +158,6 @@ def sweep_row(
         Weight of this stage's fluxes in the whole step, for what passes sections.
     dt : float
         Time step, s.
-
-    Returns
-    -------
-    bool
-        Whether some cell of the row runs dry.
     """
     static, metric, material, grid = arrays.static, arrays.metric, arrays.material, arrays.grid
     pressure = arrays.pressure
@@ -257,7 +167,7 @@ def sweep_row(
     inflows, sections = arrays.inflows, arrays.sections
     comes_in, measured = len(inflows.cell) > 0, len(sections.volume) > 0
     room = m + LANES
-    levels, (along, across, x_fluxes, y_fluxes, lost, before) = arrays.levels, arrays.buffers
+    levels, (along, across, x_fluxes, y_fluxes, lost, emptied, before) = arrays.levels, arrays.buffers
     h, u, v = now
     x, y = metric.x_edges, metric.y_edges
     x_mass, y_mass = x_fluxes.mass, y_fluxes.mass
@@ -273,7 +183,7 @@ def sweep_row(
     hll(across, one, across, two, static, j * m + a, m, whole(b - a), dry, y_fluxes, ring + a)
     close_y(walls, j, m, across, even, room, y_fluxes, ring)
     lengthen(y_fluxes, ring + a, y.length, j * m + a, b - a)
-    short = False
+    emptied[ring] = 0
     a, b = spans[0, j], spans[1, j]
     if a < b:
         cell = j * m + a - 1
@@ -286,30 +196,17 @@ def sweep_row(
         close_to_backflow(inflows, h, j, m, along, across, room, x_fluxes, y_fluxes, ring, dt)
     if a < b:
         cell = j * m + a - 1
-        masses = x_mass, ring + a, y_mass, below + a, ring + a
-        short = outflow_limits(h, metric.per_area, cell + 1, b - a, *masses, dt, lost, ring + a)
-        if not short:
-            lost[ring + a : ring + b] = 0.0
-        else:
-            lost[ring + a - 1] = lost[ring + b] = 0.0
-            to = ring + a - 1, ring + a, u, v, x, cell, 1, b - a + 1
-            limit_outflow(x_fluxes, ring + a, lost, *to)
-    if short or short_before:
-        a, b = hull(spans, j - 1, j)
-        for row in (j - 1, j):
-            lo, hi = (spans[0, row], spans[1, row]) if spans[0, row] < spans[1, row] else (b, b)
-            at_row = rows + (row % RING) * room
-            lost[at_row + a : at_row + lo] = 0.0
-            lost[at_row + hi : at_row + b] = 0.0
-        over = below + a, ring + a, u, v, y, (j - 1) * m + a, m, b - a
-        limit_outflow(y_fluxes, below + a, lost, *over)
+        over = x_mass, ring + a, y_mass, below + a, ring + a, dt, grid, lost, ring + a
+        if outflow_exceeds(h, metric.per_area, cell + 1, b - a, *over):
+            note_emptied(h, cell + 1, a, b - a, lost, ring, emptied)
+    limit_outflow(x_fluxes, y_fluxes, ring, below, lost, emptied, u, v, x, y, j * m, m, j < first)
     row = j - 1
     a, b = spans[0, row], spans[1, row]
     if measured and row >= first - 1:
         across_y = hull(spans, row, row + 1)
         measure(sections, row, (a, b), across_y, x_fluxes, y_fluxes, below, share * dt)
     if row < first or a >= b:
-        return short
+        return
     south = rows + ((row - 1) % RING) * room + a
     cell, count = row * m + a, b - a
     copy_row(start, cell, count, before, a)
@@ -345,7 +242,6 @@ def sweep_row(
         if begin >= stop:
             break
         cell, c, count = inflows.cell[begin], inflows.column[begin], 1
-    return short
 
 
 @kernel()
@@ -364,7 +260,7 @@ def take_stages(arrays: SurfaceArrays, first: int, last: int, dt: float) -> None
     """
     now, one, two = arrays.now, arrays.first_stage, arrays.second_stage
     apart = len(arrays.inflows.cell) > 0 or len(arrays.sections.volume) > 0
-    lag, short = last - first + BEHIND if apart else BEHIND, 0
+    lag = last - first + BEHIND if apart else BEHIND
     for sweep in range(first - 1, last + 2 + (len(SSP_RK3) - 1) * lag):
         # one call, which is compiled into this loop
         for k in range(len(SSP_RK3)):
@@ -374,7 +270,4 @@ def take_stages(arrays: SurfaceArrays, first: int, last: int, dt: float) -> None
             source = now if k == 0 else (one if k % 2 == 1 else two)
             out = now if k == len(SSP_RK3) - 1 else (one if k % 2 == 0 else two)
             weights = SSP_RK3[k], share_of_step(SSP_RK3, k)
-            bit, place = 1 << k, 0 if apart else k
-            before = (short & bit) != 0
-            found = sweep_row(arrays, now, source, out, j, first, before, place, *weights, dt)
-            short = short | bit if found else short & ~bit
+            sweep_row(arrays, now, source, out, j, first, 0 if apart else k, *weights, dt)

@@ -15,8 +15,9 @@ from solver.compiled import kernel
 from solver.kernels.riemann import hll
 from solver.kernels.runge_kutta import SSP_RK3
 from solver.kernels.state import GHOSTS, Fields, Status
+from solver.lattice.outflow import outflow_exceeds
 from solver.lattice.reconstruction import face_values
-from solver.lattice.residual import outflow_limits, update_row
+from solver.lattice.residual import update_row
 from solver.lattice.run import LatticeRun
 from solver.lattice.status import classify_run
 from solver.physics.earth_pressure import MohrCoulomb
@@ -101,10 +102,10 @@ def kernel_costs() -> tuple[list[Cost], float, float]:
         (face_values, True, 2, (*now, status.beta_x, cell, 1, count, DRY, along, g)),
         (hll, True, 2, (along, g, along, g + 1, status.static, cell, 1, count, DRY, flux, g)),
         (
-            outflow_limits,
+            outflow_exceeds,
             True,
             1,
-            (now.h, cell, count, flux.mass, g, flux.mass, g, g, DT, grid, run.buffers.lost, g),
+            (now.h, None, cell, count, flux.mass, g, flux.mass, g, g, DT, grid, run.buffers.lost, g),
         ),
         (
             update_row,

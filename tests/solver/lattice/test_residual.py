@@ -3,8 +3,10 @@ import numpy as np
 import pytest
 from scenes import SCENES, rough, scene
 
+from solver.kernels.limiter import EMPTIED
 from solver.kernels.state import RETAINED, Fields, Fluxes, Grid
-from solver.lattice.residual import limit_outflow, outflow_limits, stage
+from solver.lattice.outflow import limit_outflow, note_emptied, outflow_exceeds
+from solver.lattice.residual import stage
 from solver.lattice.run import LatticeRun
 from solver.lattice.spans import copy_surroundings, spread
 from solver.lattice.status import classify
@@ -103,32 +105,42 @@ def test_outflow_limits_are_their_twins_and_leave_every_cell_something():
     # a dry cell is static, and nothing leaves it
     x.mass[0, :-1][h[0] == 0] = x.mass[0, 1:][h[0] == 0] = 0
     y.mass[:, h[0] == 0] = 0
-    lost, u, v = np.zeros(n + 2), *rng.normal(0, 1, (2, n + 2))
-    short = outflow_limits(h[0], 0, n, x.mass[0], 0, y.mass.ravel(), 0, n, dt, grid, lost, 1)
+    lost, u, v = np.zeros(2 * n + 2), *rng.normal(0, 1, (2, n))
+    faces = x.mass[0], 0, y.mass.ravel(), 0, n
+    assert outflow_exceeds(h[0], None, 0, n, *faces, dt, grid, lost, n)
+    emptied = np.zeros(2 * n + 2, dtype=np.int64)
+    note_emptied(h[0], 0, 0, n, lost, n, emptied)
     wanted = dense.outflow_limits(h, x.mass, y.mass, dt, grid.dx, grid.dy)
-    assert short
-    np.testing.assert_allclose(lost[1:-1], wanted[0], rtol=1e-14)
-    kernel_x = Fluxes(*(q[0].copy() for q in x))
-    limit_outflow(kernel_x, 0, lost, 0, 1, u, v, 0, 1, n + 1)
-    inner = u[None, 1:-1], v[None, 1:-1]
+    dry = np.flatnonzero(wanted[0] > EMPTIED)
+    assert 10 < len(dry) < n
+    assert emptied[n + 1 : n + 1 + emptied[n]].tolist() == dry.tolist()
+    np.testing.assert_allclose(lost[n + dry], wanted[0, dry], rtol=1e-14)
+    # the row lies at n in buffers, faces below it at 0, where no cell is short
+    kernel_x = Fluxes(*(np.concatenate([np.zeros(n), q[0]]) for q in x))
+    kernel_y = Fluxes(*(q.ravel().copy() for q in y))
+    limit_outflow(kernel_x, kernel_y, n, 0, lost, emptied, u, v, None, None, 0, 0, True)
+    inner = u[None], v[None]
     for actual, expected in zip(kernel_x, dense.scaled(x, wanted, *inner), strict=True):
-        np.testing.assert_allclose(actual, expected[0], rtol=1e-14)
+        np.testing.assert_allclose(actual[n:], expected[0], rtol=1e-14)
     loss = dt / grid.dx * dense.out_of(dense.scaled(x, wanted, *inner).mass)
-    loss += (
-        dt
-        / grid.dy
-        * dense.out_of(dense.scaled(dense.Flux(*(q.T for q in y)), wanted.T, *(q.T for q in inner)).mass).T
-    )
+    twin_y = dense.scaled(dense.Flux(*(q.T for q in y)), wanted.T, *(q.T for q in inner[::-1]))
+    loss += dt / grid.dy * dense.out_of(twin_y.mass).T
     assert (loss <= (1 - RETAINED / 2) * h).all()
-    assert not outflow_limits(h[0], 0, n, x.mass[0], 0, y.mass.ravel(), 0, n, 0.0, grid, lost, 1)
+    # what leaves the row through the faces below it; those above are limited with the next row
+    down = y.mass[0] < 0
+    for actual, expected in zip(kernel_y, twin_y, strict=True):
+        np.testing.assert_allclose(actual[:n][down], expected.T[0][down], rtol=1e-14)
+    assert not outflow_exceeds(h[0], None, 0, n, *faces, 0.0, grid, lost, n)
 
 
 def test_a_face_without_flow_keeps_its_impulse():
-    fluxes = Fluxes(*np.array([[0.0, 2.0, -2.0]] * 4))
+    fluxes, none = Fluxes(*np.array([[0.0, 2.0, 0.0]] * 4)), Fluxes(*np.zeros((4, 9)))
     fluxes.normal[0] = 7.0
-    limit_outflow(fluxes, 0, np.full(4, 2.0), 0, 1, np.full(4, 3.0), np.zeros(4), 0, 1, 3)
-    assert fluxes.normal.tolist() == pytest.approx([7.0, 3.0, -3.0])
-    assert fluxes.pressure.tolist() == [0.0, 2.0, -2.0]
+    # one cell, between the first two faces, would lose twice what it has
+    lost, emptied = np.array([2.0, 0.0]), np.array([1, 0])
+    limit_outflow(fluxes, none, 0, 0, lost, emptied, np.full(4, 3.0), np.zeros(4), None, None, 0, 0, True)
+    assert fluxes.normal.tolist() == pytest.approx([7.0, 3.0, 0.0])
+    assert fluxes.pressure.tolist() == [0.0, 2.0, 0.0]
 
 
 @pytest.mark.parametrize("friction", [Coulomb(25), Voellmy(25, 30.0)])
