@@ -28,7 +28,7 @@ def steps_to_faces(back: float, forth: float, steepness: float) -> tuple[float, 
     return -low, limited(-BEHIND * b + AHEAD * f, back, forth, steepness)
 
 
-@kernel(unaliased=True)
+@kernel(unaliased=True, inline=True)
 def face_values(
     h: Array,
     n: Array,

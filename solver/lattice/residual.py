@@ -256,7 +256,7 @@ def copy_row(source: Fields, cell: int, count: int, target: Fields, to: int) -> 
         target.h[o], target.u[o], target.v[o] = source.h[i], source.u[i], source.v[i]
 
 
-@kernel(unaliased=True)
+@kernel(unaliased=True, inline=True)
 def update_row(
     start: Fields,
     now: Fields,
