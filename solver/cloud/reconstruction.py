@@ -12,7 +12,15 @@ from solver.cloud.faces import Faces, normal_beyond, own_normals, whole_blocks
 from solver.compiled import kernel
 from solver.kernels.earth_pressure import lean_of
 from solver.kernels.flow_axes import normal_pressure, sheared
-from solver.kernels.limiter import AHEAD, face_state, lead, least_shown, limited, steepness_of
+from solver.kernels.limiter import (
+    AHEAD,
+    face_state,
+    largest_step,
+    lead,
+    least_shown,
+    limited,
+    steepness_of,
+)
 from solver.kernels.state import BELOW_YIELD, DEPTH, Fields, Sides, Status
 from solver.lmls.shape_functions import Approximation
 
@@ -278,9 +286,10 @@ def step_to_face(gap: float, ahead: float, part: float, steepness: float) -> flo
     part : float
         Part of the way to the cell beyond.
     steepness : float
-        As of `solver.kernels.limiter.limited`.
+        As of `solver.kernels.limiter.largest_step`.
     """
-    step: float = limited(part * abs(gap + AHEAD * (ahead - gap)), 2.0 * gap - ahead, ahead, steepness)
+    most = largest_step(2.0 * gap - ahead, ahead, steepness)
+    step: float = limited(part * abs(gap + AHEAD * (ahead - gap)), most, ahead)
     return step
 
 

@@ -26,13 +26,13 @@ EMPTIED = 0.75
 
 
 @kernel(inline=True)
-def limited(wanted: float, behind: float, ahead: float, steepness: float) -> float:
-    """Limit the step from a cell's mean to its value at a face so that no new extremum appears.
+def largest_step(behind: float, ahead: float, steepness: float) -> float:
+    """Size of the largest step from a cell's mean to its value at a face that makes no new extremum.
+
+    It is the same at both faces, and 0 where the cell is an extremum.
 
     Parameters
     ----------
-    wanted : float
-        Size of the step without a limit.
     behind, ahead : float
         Differences from the neighbour behind and to the one ahead.
     steepness : float
@@ -41,7 +41,22 @@ def limited(wanted: float, behind: float, ahead: float, steepness: float) -> flo
     one, two = abs(behind), abs(ahead)
     most = 0.5 * steepness * (one if one < two else two)
     # by the signs: a product would underflow
-    most = most if math.copysign(ahead, behind) == ahead else 0.0
+    return most if math.copysign(ahead, behind) == ahead else 0.0
+
+
+@kernel(inline=True)
+def limited(wanted: float, most: float, ahead: float) -> float:
+    """Limit the step from a cell's mean to its value at a face.
+
+    Parameters
+    ----------
+    wanted : float
+        Size of the step without a limit.
+    most : float
+        From `largest_step`.
+    ahead : float
+        Difference to the neighbour beyond the face, whose sign the step has.
+    """
     return math.copysign(wanted if wanted < most else most, ahead)
 
 

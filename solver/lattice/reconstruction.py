@@ -8,7 +8,17 @@ import numpy as np
 
 from solver.arrays import Array
 from solver.compiled import kernel
-from solver.kernels.limiter import AHEAD, BEHIND, face_state, lead, least_shown, limited, slips, steepness_of
+from solver.kernels.limiter import (
+    AHEAD,
+    BEHIND,
+    face_state,
+    largest_step,
+    lead,
+    least_shown,
+    limited,
+    slips,
+    steepness_of,
+)
 from solver.kernels.state import FaceValues
 
 
@@ -21,11 +31,10 @@ def steps_to_faces(back: float, forth: float, steepness: float) -> tuple[float, 
     back, forth : float
         Differences from the neighbour behind and to the one ahead.
     steepness : float
-        As of `solver.kernels.limiter.limited`.
+        As of `solver.kernels.limiter.largest_step`.
     """
-    b, f = abs(back), abs(forth)
-    low = limited(AHEAD * b - BEHIND * f, forth, back, steepness)
-    return -low, limited(-BEHIND * b + AHEAD * f, back, forth, steepness)
+    b, f, most = abs(back), abs(forth), largest_step(back, forth, steepness)
+    return -limited(AHEAD * b - BEHIND * f, most, back), limited(-BEHIND * b + AHEAD * f, most, forth)
 
 
 @kernel(unaliased=True, inline=True)
