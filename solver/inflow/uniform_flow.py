@@ -6,7 +6,15 @@ import numpy as np
 
 from solver.arrays import Array
 from solver.physics.friction import Friction
-from solver.physics.resistance import DryTurbulent, Inertial, Quadratic, Uniform, Viscoplastic, area_weighted
+from solver.physics.resistance import (
+    BinghamProfile,
+    DryTurbulent,
+    Inertial,
+    Quadratic,
+    Uniform,
+    Viscoplastic,
+    area_weighted,
+)
 
 # Depths of a table, m: between them log q is linear in log h, which is exact for powers.
 DEPTHS = np.geomspace(1e-6, 1e3, 451)
@@ -37,6 +45,8 @@ def law_along(
         found = type(zoned.law)(*zoned.values[:, 0].tolist())
     if isinstance(found, DryTurbulent):
         found = Quadratic(found.tangent, drag=found.drag)
+    if isinstance(found, BinghamProfile):
+        found = Viscoplastic(*found, 1.0)
     if isinstance(found, Inertial):
         return None if found.beta_star > 0 else found
     driven = isinstance(found, Viscoplastic) or found.viscous + found.drag + found.rough > 0.0

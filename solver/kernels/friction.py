@@ -23,7 +23,7 @@ from solver.kernels.resistance import (
     slowed,
 )
 from solver.kernels.state import YIELD_TOLERANCE
-from solver.physics.resistance import DryTurbulent, Inertial, Quadratic, Uniform, Viscoplastic
+from solver.physics.resistance import BinghamProfile, DryTurbulent, Inertial, Quadratic, Uniform, Viscoplastic
 
 __all__ = [
     "below_yield",
@@ -115,7 +115,7 @@ def _(
     return rests
 
 
-@raised_rate.of(DryTurbulent, Quadratic, Viscoplastic)
+@raised_rate.of(DryTurbulent, Quadratic, BinghamProfile, Viscoplastic)
 def _(law: Uniform, rate: float, h: float, normal: float, dry: float) -> float:
     return rate
 
@@ -123,7 +123,7 @@ def _(law: Uniform, rate: float, h: float, normal: float, dry: float) -> float:
 # Every other law.
 
 
-@held_momentum.of(Quadratic, Viscoplastic, Inertial)
+@held_momentum.of(Quadratic, BinghamProfile, Viscoplastic, Inertial)
 def _(law: Uniform, h: float, load: float, pressure: float, time: float) -> float:
     return time * rest_stress(law, h, load, pressure)
 
@@ -139,14 +139,14 @@ def _(
     return u, v
 
 
-@below_yield.of(Quadratic, Viscoplastic, Inertial)
+@below_yield.of(Quadratic, BinghamProfile, Viscoplastic, Inertial)
 def _(law: Uniform, drive_x: float, drive_y: float, h: float, normal: float) -> bool:
     # compared as stresses, since depth may be 0
     most = rest_stress(law, h, h, normal) * YIELD_TOLERANCE
     return (drive_x * drive_x + drive_y * drive_y) * (h * h) <= most * most
 
 
-@mean_drive.of(Quadratic, Viscoplastic)
+@mean_drive.of(Quadratic, BinghamProfile, Viscoplastic)
 def _(law: Uniform, back: float, forth: float, h_back: float, h_forth: float, h: float) -> float:
     # a thin cell beside a deep one: half of what presses on the face between stands in the deep one
     around = 0.5 * (h_back + h_forth)
@@ -163,7 +163,7 @@ def resistance_at_rest(law: Uniform, h: Array, normal: Array) -> Array:
     return found
 
 
-@faces_below_yield.of(Quadratic, Viscoplastic, Inertial)
+@faces_below_yield.of(Quadratic, BinghamProfile, Viscoplastic, Inertial)
 def _(
     law: Uniform,
     back: tuple[float, float],

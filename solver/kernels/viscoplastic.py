@@ -14,11 +14,11 @@ from __future__ import annotations
 import math
 
 from solver.compiled import kernel
-from solver.kernels.resistance import loaded, resistance, rest_stress, share_left
-from solver.physics.resistance import Viscoplastic
+from solver.kernels.resistance import loaded, resistance, rest_stress, share_left, slowed
+from solver.physics.resistance import BinghamProfile, Viscoplastic
 
-# Steps of Halley's method, each of which cubes the error: that of a Bingham fluid starts within 4 %.
-BINGHAM_STEPS, MOST_STEPS = 2, 60
+# Steps of Halley's method.
+MOST_STEPS = 60
 # Change of the logarithm of e after which the error is round-off, and one that no step exceeds.
 CONVERGED, LONGEST = 1e-5, 2.0
 # Up to this ratio of difference and sum a series gives a logarithm, to round-off where the last step starts.
@@ -26,8 +26,11 @@ SMALL = 0.3
 
 
 @kernel(inline=True)
-def sheared(r: float, c: float, y: float, h: float, law: Viscoplastic) -> tuple[float, float]:
-    """Solve ``s(e) + c e = r``; give e, m2 s-2, by which the basal stress exceeds yield, and s, m s-1.
+def bingham(r: float, c: float, y: float, h: float, viscosity: float) -> tuple[float, float]:
+    """Solve ``s(e) + c e = r`` where n is 1, without a branch: a loop of it is computed in whole vectors.
+
+    It starts from ``s = 1.5 a e^2/(y + 1.5 e)``, ``a = h/(3 k)``, which is right for small e and for y = 0.
+    The last step gives s too, which has all its digits where r - c e would have lost them.
 
     Parameters
     ----------
@@ -37,43 +40,41 @@ def sheared(r: float, c: float, y: float, h: float, law: Viscoplastic) -> tuple[
         Time of friction over depth, s m-1, or 0.
     y, h : float
         Yield stress over density, m2 s-2, and depth, m.
-    """
-    if law.exponent == 1.0:
-        e, s = bingham(r, c, y, h, law.consistency)
-    else:
-        e, s = power_law(r, c, y, h, law)
-    return e, s
+    viscosity : float
+        Over density, m2 s-1.
 
-
-@kernel(inline=True)
-def bingham(r: float, c: float, y: float, h: float, viscosity: float) -> tuple[float, float]:
-    """Do what `sheared` does where n is 1.
-
-    It starts from ``s = 1.5 a e^2/(y + 1.5 e)``, ``a = h/(3 k)``, which is right for small e and for y = 0.
-    The last step gives s too, which has all its digits where r - c e would have lost them.
+    Returns
+    -------
+    tuple
+        e, m2 s-2, by which the basal stress exceeds yield, and s, m s-1.
     """
     a = h / (3.0 * viscosity)
     square, linear = 1.5 * (a + c), c * y - 1.5 * r
     root = math.sqrt(linear * linear + 4.0 * square * (r * y))
     # the positive root, without cancellation
     e = (root - linear) / (2.0 * square) if linear < 0.0 else 2.0 * r * y / (root + linear)
-    s = 0.0
-    for _ in range(BINGHAM_STEPS):
-        over = 1.0 / (e + y)
-        held = y * over
-        cubed = held * held * held
-        s = 0.5 * a * (e * e) * (2.0 * e + 3.0 * y) * (over * over)
-        first, second = a * (1.0 - cubed), 3.0 * a * cubed * over
-        slope, excess = first + c, s + c * e - r
-        step = -excess * slope / (slope * slope - 0.5 * excess * second)
-        e += step
-        s += step * (first + 0.5 * step * second)
+    # it starts within 4 %; a loop of these within that over cells would not be computed in whole vectors
+    e, _ = halley(e, r, c, y, a)
+    e, s = halley(e, r, c, y, a)
     return e, s
+
+
+@kernel(inline=True)
+def halley(e: float, r: float, c: float, y: float, a: float) -> tuple[float, float]:
+    """Take a step of Halley's method for `bingham`, which cubes the error; give e and s."""
+    over = 1.0 / (e + y)
+    held = y * over
+    cubed = held * held * held
+    s = 0.5 * a * (e * e) * (2.0 * e + 3.0 * y) * (over * over)
+    first, second = a * (1.0 - cubed), 3.0 * a * cubed * over
+    slope, excess = first + c, s + c * e - r
+    step = -excess * slope / (slope * slope - 0.5 * excess * second)
+    return e + step, s + step * (first + 0.5 * step * second)
 
 
 @kernel()
 def power_law(r: float, c: float, y: float, h: float, law: Viscoplastic) -> tuple[float, float]:
-    """Do what `sheared` does where n is not 1: Halley's method for logarithms, in which powers are lines.
+    """Do what `bingham` does for any n: Halley's method for logarithms, in which powers are lines.
 
     It starts between the powers that s is of small and of large e.
     """
@@ -136,22 +137,46 @@ def logarithm(x: float, one: float) -> float:
     return 2.0 * ratio * (1.0 + square * (1.0 / 3.0 + square * (0.2 + square / 7.0)))
 
 
-@rest_stress.of(Viscoplastic)
-def _(law: Viscoplastic, h: float, load: float, pressure: float) -> float:
+@rest_stress.of(BinghamProfile, Viscoplastic)
+def _(law: BinghamProfile | Viscoplastic, h: float, load: float, pressure: float) -> float:
     return float(law.yield_stress * loaded(h, load))
+
+
+@resistance.of(BinghamProfile)
+def _(law: BinghamProfile, speed: float, h: float, pressure: float) -> float:
+    e = 0.0
+    if speed > 0.0:
+        e, _ = bingham(speed, 0.0, law.yield_stress, h, law.viscosity)
+    return (law.yield_stress + e) / h
 
 
 @resistance.of(Viscoplastic)
 def _(law: Viscoplastic, speed: float, h: float, pressure: float) -> float:
     e = 0.0
     if speed > 0.0:
-        e, _ = sheared(speed, 0.0, law.yield_stress, h, law)
+        e, _ = power_law(speed, 0.0, law.yield_stress, h, law)
     return (law.yield_stress + e) / h
+
+
+@share_left.of(BinghamProfile)
+def _(law: BinghamProfile, speed: float, h: float, load: float, pressure: float, time: float) -> float:
+    _, left = bingham(speed, time / h, law.yield_stress * loaded(h, load), h, law.viscosity)
+    share = left / speed
+    return share if share < 1.0 else 1.0
 
 
 @share_left.of(Viscoplastic)
 def _(law: Viscoplastic, speed: float, h: float, load: float, pressure: float, time: float) -> float:
-    y = law.yield_stress * loaded(h, load)
-    _, left = sheared(speed, time / h, y, h, law)
+    _, left = power_law(speed, time / h, law.yield_stress * loaded(h, load), h, law)
     share = left / speed
     return share if share < 1.0 else 1.0
+
+
+@slowed.of(BinghamProfile)
+def _(
+    law: BinghamProfile, u: float, v: float, h: float, load: float, pressure: float, time: float
+) -> tuple[float, float]:
+    speed = math.sqrt(u * u + v * v)
+    share = share_left(law, speed, h, load, pressure, time)
+    # what has stopped has no share
+    return u * share if speed > 0.0 else u, v * share if speed > 0.0 else v

@@ -5,7 +5,15 @@ from __future__ import annotations
 from solver.arrays import Array
 from solver.compiled import by_type
 from solver.kernels.resistance import Index, law_at
-from solver.physics.resistance import DryTurbulent, Inertial, Quadratic, Uniform, Viscoplastic, Zoned
+from solver.physics.resistance import (
+    BinghamProfile,
+    DryTurbulent,
+    Inertial,
+    Quadratic,
+    Uniform,
+    Viscoplastic,
+    Zoned,
+)
 
 
 @by_type
@@ -14,7 +22,7 @@ def law_of(law: Uniform, values: Array, i: Index) -> Uniform:
     raise NotImplementedError
 
 
-@law_at.of(DryTurbulent, Quadratic, Viscoplastic, Inertial)
+@law_at.of(DryTurbulent, Quadratic, BinghamProfile, Viscoplastic, Inertial)
 def _(law: Uniform, i: Index) -> Uniform:
     return law
 
@@ -32,6 +40,11 @@ def _(law: DryTurbulent, values: Array, i: Index) -> DryTurbulent:
 @law_of.of(Quadratic)
 def _(law: Quadratic, values: Array, i: Index) -> Quadratic:
     return Quadratic(values[0, i], values[1, i], values[2, i], values[3, i], values[4, i], values[5, i])
+
+
+@law_of.of(BinghamProfile)
+def _(law: BinghamProfile, values: Array, i: Index) -> BinghamProfile:
+    return BinghamProfile(values[0, i], values[1, i])
 
 
 @law_of.of(Viscoplastic)

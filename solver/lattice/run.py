@@ -154,8 +154,9 @@ class LatticeRun(Run):
         self.bed = Bed(*(values[columns] for values in self.columns))
         rows = np.arange(window.south - GHOSTS, window.north + GHOSTS).clip(window.south, window.north - 1)
         if self.zoned is not None:
-            values = self.zoned.values[:, rows[:, None], columns]
-            law = self.zoned._replace(values=values.reshape(len(values), -1))
+            values = self.zoned.values[:, rows[:, None], columns].reshape(len(self.zoned.values), -1)
+            # field by field: neighbours in memory are neighbours on the row
+            law = self.zoned._replace(values=np.ascontiguousarray(values))
             self.material = self.material._replace(law=law)
         self.grid = Grid(ny + 2 * GHOSTS, nx + 2 * GHOSTS, lattice.dx, lattice.dy)
         size, stride = self.grid.rows * self.grid.stride, self.grid.stride

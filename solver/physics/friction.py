@@ -11,7 +11,7 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from solver.parameters import Alternative, Checked, Parameter, ParameterError, parameter, parametric, shared
-from solver.physics.resistance import DryTurbulent, Inertial, Quadratic, Uniform, Viscoplastic
+from solver.physics.resistance import BinghamProfile, DryTurbulent, Inertial, Quadratic, Uniform, Viscoplastic
 
 
 def friction_coefficient(angle: float) -> float:
@@ -342,7 +342,7 @@ class Bingham(Friction):
         density = _given(self.density)
         stress, viscosity = self.yield_stress / density, self.viscosity / density
         if self.form == "exact":
-            return Viscoplastic(stress, viscosity, 1.0)
+            return BinghamProfile(stress, viscosity)
         return Quadratic(yield_stress=self.factor * stress, viscous=3.0 * viscosity)
 
 

@@ -58,6 +58,21 @@ class Quadratic(NamedTuple):
     rough: float = 0.0
 
 
+class BinghamProfile(NamedTuple):
+    """R h is the basal stress of a Bingham fluid whose depth-averaged steady speed is s.
+
+    Attributes
+    ----------
+    yield_stress
+        tau_y over density, m2 s-2.
+    viscosity
+        Over density, m2 s-1.
+    """
+
+    yield_stress: float
+    viscosity: float
+
+
 class Viscoplastic(NamedTuple):
     """R h is the basal stress of a Herschel-Bulkley fluid whose depth-averaged steady speed is s.
 
@@ -66,9 +81,9 @@ class Viscoplastic(NamedTuple):
     yield_stress
         tau_y over density, m2 s-2.
     consistency
-        K over density, m2 s^(n - 2); of a Bingham fluid the viscosity over density.
+        K over density, m2 s^(n - 2).
     exponent
-        Flow index n, 1 for a Bingham fluid.
+        Flow index n.
     """
 
     yield_stress: float
@@ -105,7 +120,7 @@ class Inertial(NamedTuple):
     kappa: float
 
 
-Uniform = DryTurbulent | Quadratic | Viscoplastic | Inertial
+Uniform = DryTurbulent | Quadratic | BinghamProfile | Viscoplastic | Inertial
 
 
 class Zoned(NamedTuple):

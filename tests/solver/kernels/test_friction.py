@@ -14,13 +14,13 @@ from solver.kernels.friction import (
     slowed,
 )
 from solver.physics.friction import LAWS, Coulomb, Edwards, Voellmy
-from solver.physics.resistance import DryTurbulent, Inertial, Quadratic, Viscoplastic
+from solver.physics.resistance import BinghamProfile, DryTurbulent, Inertial, Quadratic, Viscoplastic
 
 NORMAL = 9.81
 FORMS = [
     DryTurbulent(0.3, 0.05),
     Quadratic(tangent=0.2, cohesion=0.5, yield_stress=0.3, viscous=0.05, drag=0.04, rough=0.02),
-    Viscoplastic(0.5, 0.05, 1.0),
+    BinghamProfile(0.5, 0.05),
     Viscoplastic(0.5, 0.25, 1 / 3),
     Viscoplastic(0.0, 0.25, 1.5),
     Inertial(0.2, 0.5, 0.2, 0.5, 0.136, 0.7, 0.0, 1.0),
@@ -92,7 +92,7 @@ def test_every_face_has_to_hold(law):
 
 
 def test_the_depth_at_a_face_is_the_mean_of_both_sides_where_the_yield_stress_decides():
-    law = Viscoplastic(0.5, 0.05, 1.0)
+    law = BinghamProfile(0.5, 0.05)
     # at the face behind the sheet is 0.5 m deep, and holds twice as much
     drive = 0.5 / 0.75
     assert faces_below_yield(law, (drive, 0.0), (0.0, 0.0), 1.0, (0.5, 1.0), (1.0, 1.0), NORMAL)
