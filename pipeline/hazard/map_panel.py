@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import textwrap
+from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
@@ -94,6 +95,33 @@ def panels_of(shape: float, count: int, wide: bool) -> tuple[Figure, list[Axes]]
     grid = figure.add_gridspec(2, 2, height_ratios=(2, 1))
     below = [figure.add_subplot(grid[1, i]) for i in range(count - 1)]
     return figure, [figure.add_subplot(grid[0, :]), *below]
+
+
+# places of panels that were arranged, by all that they are arranged around
+arranged: dict[tuple[object, ...], list[Bbox]] = {}
+
+
+def arrange(figure: Figure, panels: Sequence[Axes]) -> None:
+    """Place the panels of a figure, and do without its layout engine from then on.
+
+    It takes a third of the time of a picture. Maps of one place differ in their colours alone, most of them:
+    panels of one size with the same texts around them get the places that were found first.
+    """
+    texts = [
+        (each.get_title("left"), each.get_xlabel(), each.get_ylabel(), each.get_xlim(), each.get_ylim())
+        for each in panels
+    ]
+    legend = panels[0].get_legend()
+    told = [] if legend is None else [legend.get_title(), *legend.get_texts()]
+    key = (*figure.get_size_inches(), *texts, *(each.get_text() for each in told))
+    if key not in arranged:
+        layout = figure.get_layout_engine()
+        assert layout is not None
+        layout.execute(figure)
+        arranged[key] = [panel.get_position(original=True) for panel in panels]
+    figure.set_layout_engine(None)
+    for panel, place in zip(panels, arranged[key], strict=True):
+        panel.set_position(place)
 
 
 def fill_buildings(panel: Axes, x: Array, y: Array, found: xr.Dataset) -> None:

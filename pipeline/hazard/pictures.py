@@ -19,6 +19,7 @@ from pipeline.hazard import intensity
 from pipeline.hazard.discretisation import ENDING
 from pipeline.hazard.map_colours import fill, hatch, same_class
 from pipeline.hazard.map_panel import (
+    arrange,
     draw_ground,
     frame_panel,
     has_relief,
@@ -115,10 +116,7 @@ def draw(layer: Layer, found: xr.Dataset, frame: Frame | None, path: Path) -> Pa
     )
     # a long title is to widen the picture and not the gaps between panels
     title.set_in_layout(False)
-    layout = figure.get_layout_engine()
-    assert layout is not None
-    layout.execute(figure)
-    figure.set_layout_engine(None)
+    arrange(figure, panels)
     title.set_in_layout(True)
     renderer = renderer_of(figure)
     keep_apart(renderer, panels[0], names)

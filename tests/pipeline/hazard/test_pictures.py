@@ -15,7 +15,7 @@ from pipeline.assess.georeference import Frame, GeoreferenceError, frame, north_
 from pipeline.gis.raster import OUTSIDE, UNKNOWN
 from pipeline.gis.symbology import CLASSES
 from pipeline.gis.vectors import outline
-from pipeline.hazard import geo_files
+from pipeline.hazard import geo_files, map_panel
 from pipeline.hazard.layers import layers
 from pipeline.hazard.map_files import write_maps
 from pipeline.hazard.map_panel import round_below
@@ -270,3 +270,16 @@ def test_a_reference_system_without_metres_is_refused(tmp_path, crs, word):
 @pytest.mark.parametrize(("value", "expected"), [(240, 200), (0.07, 0.05), (1, 1), (19.9, 10), (5e5, 5e5)])
 def test_a_scale_bar_has_a_round_length(value, expected):
     assert round_below(value) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("status", [(1, 1, 1, 1), (1, 1, 0, 1)], ids=["one panel", "with bounds"])
+@pytest.mark.parametrize("ground", [GROUND, None], ids=["on the ground", "along the bed"])
+def test_a_picture_is_the_same_whether_its_panels_were_arranged_before(status, ground, tmp_path):
+    found = made(status, ground)
+    layer = next(layers(found))
+    where = frame(found, ground) if ground else None
+    map_panel.arranged.clear()
+    first = draw(layer, found, where, tmp_path / "first.png").read_bytes()
+    assert len(map_panel.arranged) == 1
+    assert draw(layer, found, where, tmp_path / "second.png").read_bytes() == first
+    assert len(map_panel.arranged) == 1
