@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Sequence
+from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
+from dask.tokenize import tokenize
 from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 
@@ -44,10 +46,16 @@ PADDING = 0.1
 IN_DOUBT = "hatched where its error exceeds it"
 
 
+# pictures that were drawn last in this process, by all that they show, and how many are kept: 0.3 MB each
+drawn: dict[str, bytes] = {}
+KEPT = 128
+
+
 def draw(layer: Layer, found: xr.Dataset, frame: Frame | None, path: Path) -> Path:
     """Draw a map: on the ground where there is a frame, else along and across the bed.
 
-    Where runs are missing, the bounds are drawn beside it.
+    Where runs are missing, the bounds are drawn beside it. The page about a place shows the maps that were
+    drawn before it, so that one of the same is written again and not drawn again.
 
     Parameters
     ----------
@@ -65,6 +73,19 @@ def draw(layer: Layer, found: xr.Dataset, frame: Frame | None, path: Path) -> Pa
     OSError
         If the picture cannot be written.
     """
+    on = (repr(frame.georeference), frame.arc, frame.distance, frame.across) if frame else ()
+    given = [getattr(layer, each.name) for each in fields(layer)]
+    key = str(tokenize(given, found[[]], on, path.suffix))
+    if key not in drawn:
+        _draw(layer, found, frame, path)
+        drawn[key] = path.read_bytes()
+        for oldest in list(drawn)[:-KEPT]:
+            del drawn[oldest]
+    path.write_bytes(drawn[key])
+    return path
+
+
+def _draw(layer: Layer, found: xr.Dataset, frame: Frame | None, path: Path) -> None:
     shown = [""] if layer.is_certain else list(layer.values)
     east, north, corners = laid(found, frame)
     width, height = (float(np.ptp(side)) for side in corners)
@@ -123,7 +144,6 @@ def draw(layer: Layer, found: xr.Dataset, frame: Frame | None, path: Path) -> Pa
     # with "tight" all would be drawn once more, only to be measured
     box = figure.get_tightbbox(renderer).padded(PADDING)
     figure.savefig(path, bbox_inches=box)
-    return path
 
 
 def _explain(panel: Axes, layer: Layer) -> None:

@@ -1,6 +1,7 @@
 import json
 import shutil
 import subprocess
+from dataclasses import replace
 
 import numpy as np
 import pyogrio.raw
@@ -15,7 +16,7 @@ from pipeline.assess.georeference import Frame, GeoreferenceError, frame, north_
 from pipeline.gis.raster import OUTSIDE, UNKNOWN
 from pipeline.gis.symbology import CLASSES
 from pipeline.gis.vectors import outline
-from pipeline.hazard import geo_files, map_panel
+from pipeline.hazard import geo_files, map_panel, pictures
 from pipeline.hazard.layers import layers
 from pipeline.hazard.map_files import write_maps
 from pipeline.hazard.map_panel import round_below
@@ -279,7 +280,36 @@ def test_a_picture_is_the_same_whether_its_panels_were_arranged_before(status, g
     layer = next(layers(found))
     where = frame(found, ground) if ground else None
     map_panel.arranged.clear()
-    first = draw(layer, found, where, tmp_path / "first.png").read_bytes()
-    assert len(map_panel.arranged) == 1
-    assert draw(layer, found, where, tmp_path / "second.png").read_bytes() == first
-    assert len(map_panel.arranged) == 1
+    for name in ("first", "second"):
+        pictures.drawn.clear()
+        draw(layer, found, where, tmp_path / f"{name}.png")
+        assert len(map_panel.arranged) == 1
+    assert (tmp_path / "first.png").read_bytes() == (tmp_path / "second.png").read_bytes()
+
+
+def test_a_map_that_was_drawn_is_not_drawn_again_and_any_other_one_is(tmp_path, monkeypatch):
+    calls = []
+    monkeypatch.setattr(pictures, "drawn", {})
+    monkeypatch.setattr(
+        pictures, "_draw", lambda *given: calls.append(given[-1].write_bytes(b"%d" % len(calls)))
+    )
+    found = made()
+
+    def shows(found=found, ground=GROUND, **other):
+        layer = replace(next(layers(found)), **other)
+        return draw(layer, found, frame(found, ground) if ground else None, tmp_path / "map.png").read_bytes()
+
+    assert shows() == shows() == shows(made()) == b"0"
+    turned = Georeference(crs="EPSG:2056", origin=GROUND.origin, azimuth=121)
+    others = [
+        {"found": made((1, 1, 0, 1))},
+        {"found": found.assign_attrs(comment="of other runs")},
+        {"found": found.assign_coords(elevation=found["elevation"] + 1)},
+        {"ground": turned},
+        {"ground": None},
+        {"title": "another"},
+        {"largest": 9.0},
+    ]
+    assert [shows(**other) for other in others] == [b"%d" % k for k in range(1, len(others) + 1)]
+    assert shows() == b"0"
+    assert len(calls) == 1 + len(others)
