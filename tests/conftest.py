@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 from catalogue import SCENARIO, SCENARIOS
+from few_pictures import drawn_once
 
 os.environ.setdefault("NUMBA_NUM_THREADS", "1")
 os.environ.setdefault("MPLBACKEND", "agg")
@@ -41,6 +42,13 @@ def scenario_file(tmp_path: Path) -> Callable[..., Path]:
         return path
 
     return write
+
+
+@pytest.fixture(scope="module")
+def few_pictures() -> Iterator[None]:
+    """Draw maps once a kind, for a module that does not look at them."""
+    with drawn_once():
+        yield
 
 
 @pytest.fixture

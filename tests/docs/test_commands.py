@@ -20,6 +20,8 @@ import pytest
 from commands import pipeline
 from root import ROOT
 
+pytestmark = pytest.mark.usefixtures("few_pictures")
+
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 TEXTS = {page.name: page.read_text(encoding="utf-8") for page in PAGES}
 # what the words of the table in README stand for

@@ -31,6 +31,8 @@ results = asyncio.run(cell())
 print("got", len(results.table), float(results["box"].max_depth.max()), results.exit_code)
 """
 
+pytestmark = pytest.mark.usefixtures("few_pictures")
+
 
 @pytest.fixture
 def solve(monkeypatch, shared_workers):

@@ -16,6 +16,8 @@ from pipeline.emulation.sampled import Sampled
 from pipeline.scenario.scenario import stored
 from pipeline.store.variables import Status
 
+pytestmark = pytest.mark.usefixtures("few_pictures")
+
 LARGEST = 6
 
 

@@ -10,6 +10,8 @@ from pipeline.emulation.sampled import Sampled, sampled
 from pipeline.scenario.scenario import stored
 from pipeline.store.variables import Status
 
+pytestmark = pytest.mark.usefixtures("few_pictures")
+
 DISCRETE = "\n    material.%s: {distribution: discrete, values: %s, weights: "
 PRESSURE = DISCRETE % ("earth_pressure", "[isotropic, mohr-coulomb-flow]") + "%s}"
 DENSITY = DISCRETE % ("density", "[1000, 2000]") + "%s}"

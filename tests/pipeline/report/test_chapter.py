@@ -25,6 +25,8 @@ from pipeline.scenario.scenario import stored
 from pipeline.store.variables import Status
 from pipeline.store.zarr_store import open_store
 
+pytestmark = pytest.mark.usefixtures("few_pictures")
+
 NOWHERE = {"name": "chapel", "point": [156, 20]}
 
 

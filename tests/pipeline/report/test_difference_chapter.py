@@ -10,6 +10,8 @@ import pipeline
 from pipeline.report.difference_chapter import of_difference
 from pipeline.report.tables.table import between, short
 
+pytestmark = pytest.mark.usefixtures("few_pictures")
+
 
 @pytest.fixture(scope="module")
 def place(tmp_path_factory):

@@ -24,6 +24,8 @@ from pipeline.store.variables import Status
 from pipeline.store.zarr_store import open_store
 from pipeline.studies.browser import installed, tab
 
+pytestmark = pytest.mark.usefixtures("few_pictures")
+
 
 @pytest.fixture(scope="module")
 def place(tmp_path_factory):

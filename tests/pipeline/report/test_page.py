@@ -23,6 +23,8 @@ from pipeline.settings.hazard import Georeference
 from pipeline.store.zarr_store import open_store
 from pipeline.studies.browser import installed, tab
 
+pytestmark = pytest.mark.usefixtures("few_pictures")
+
 GROUND = "georeference: {crs: 'EPSG:2056', origin: [2700000, 1200000], azimuth: 30}\n"
 HAZARD = "hazard: {depth: [0.4], speed: []}\n"
 PICTURES = (1 + 6 + 3 + 3) + (1 + 2 + 1 + 2) + 3

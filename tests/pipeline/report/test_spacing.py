@@ -19,6 +19,8 @@ from pipeline.report.tables.emulated import emulated_tables
 from pipeline.report.tables.spacing import changes, one_spacing
 from pipeline.scenario.scenario import stored
 
+pytestmark = pytest.mark.usefixtures("few_pictures")
+
 
 def test_changes_between_two_levels_are_those_of_their_paired_runs():
     coarse, fine = sheet(64, levels=True)
