@@ -246,7 +246,8 @@ def _uneven(settings: Settings) -> list[tuple[Path, str]]:
         return []
     at: list[tuple[Path, int]] = [(("sample", "count"), sample.count)]
     if sample.levels:
-        at = [(("sample", "levels", i, "count"), each.count) for i, each in enumerate(sample.levels)]
+        # shares are of the widest spacing; closer ones are compared with it run by run
+        at = [(("sample", "levels", 0, "count"), sample.levels[0].count)]
     # which levels do not take
     other = "" if sample.levels else ", or design: latin-hypercube"
     found = []

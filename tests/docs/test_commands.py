@@ -46,7 +46,7 @@ SMALL = {
     "heap": (("points: {spacing: 1}", "output: {threshold: 0.1}\npoints: {spacing: 4}"),),
     "valley": (
         (
-            "[{spacing: 8, count: 64}, {spacing: 4, count: 32}]",
+            "[{spacing: 8, count: 64}, {spacing: 4, count: 40}]",
             "[{spacing: 32, count: 32}, {spacing: 16, count: 8}]",
         ),
         *(("spacing: 4", "spacing: 16"), ("count: 256", "count: 40")),

@@ -9,11 +9,12 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from pipeline.studies.emulation.commands import WAYS
-from pipeline.studies.emulation.pictures import CLOSE, FINE, FINE_PAIRS, PAIRS, WIDE
+from pipeline.studies.emulation.pictures import CLOSE, FINE, FINE_PAIRS, PAIRS, SHIPPED_PAIRS, WIDE
 from pipeline.studies.emulation.valley import CHOSEN, FEW, MISSING, RARE
 
 HEAD = ("what", "limit", "measured", "verdict")
 ON_TWO = f"64 runs at {WIDE:g} m and {PAIRS} at {CLOSE:g} m"
+SHIPPED_LEVELS = f"64 runs at {WIDE:g} m and {SHIPPED_PAIRS} at {CLOSE:g} m"
 ON_FINEST = f"64 runs at {WIDE:g} m and {FINE_PAIRS} at {FINE:g} m"
 
 
@@ -44,6 +45,8 @@ def acceptance(tables: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
         )
     if "commands" in tables:
         rows += _commands(tables["commands"].set_index("what"))
+        if "maps" in tables:
+            rows.append(_in_blocks(tables["maps"], tables["commands"]))
     return pd.DataFrame(rows, columns=list(HEAD))
 
 
@@ -83,6 +86,15 @@ def _commands(table: pd.DataFrame) -> Iterator[tuple[str, str, str, str]]:
             [0.9],
             emulated[f"coverage_{spacing:g}m"],
         )
+
+
+def _in_blocks(maps: pd.DataFrame, commands: pd.DataFrame) -> tuple[str, str, str, str]:
+    """Judge the shipped levels by four blocks of the truth: two seeds differ by a quarter of their errors."""
+    plain = commands[commands["what"] == WAYS[0].words].set_index("threshold")
+    independent = plain[f"rmse_{CLOSE:g}m"] / plain[f"rmse_{CLOSE:g}m_over_independent"]
+    some = maps[maps["what"] == SHIPPED_LEVELS].set_index("threshold")["rmse"]
+    words = f"{SHIPPED_LEVELS}, over {WAYS[0].words} that are independent: error of maps over blocks"
+    return _most(words, [0.25], some / independent[some.index])
 
 
 def _most(what: str, limits: Sequence[float], found: ArrayLike) -> tuple[str, str, str, str]:

@@ -24,7 +24,7 @@ import yaml
 from pipeline.emulation.emulate import FILE as EMULATED_FILE
 from pipeline.hazard.netcdf import FILE as HAZARD_FILE
 from pipeline.studies.emulation.cases import VALLEY, with_absolute_files
-from pipeline.studies.emulation.pictures import CLOSE, FINE, THRESHOLDS, WIDE
+from pipeline.studies.emulation.pictures import CLOSE, FINE, SHIPPED_PAIRS, THRESHOLDS, WIDE
 from pipeline.studies.emulation.truth import Truth
 from pipeline.studies.emulation.valley import OPEN, SHIPPED, over_blocks
 from solver.emulator.scores import TWO_SIDED
@@ -32,7 +32,7 @@ from solver.emulator.scores import TWO_SIDED
 SEEDS = (101, 102)
 LEVELS_FILE = VALLEY.file.with_name("levels.yaml")
 # runs that it does on the wide and on the close spacing
-LEVELS_COUNTS = 64, 32
+LEVELS_COUNTS = 64, SHIPPED_PAIRS
 
 
 @dataclass(frozen=True)

@@ -19,8 +19,8 @@ from solver.emulator.fields import choose
 
 Array = NDArray[np.float64]
 THRESHOLDS = (0.25, 0.5, 1.0)
-# runs on the closer spacing, and on the finest one
-PAIRS, FINE_PAIRS = 16, 4
+# runs on the closer spacing, as many as the shipped levels have there, and on the finest one
+PAIRS, SHIPPED_PAIRS, FINE_PAIRS = 16, 40, 4
 DRAWS = 4096
 WIDE, CLOSE, FINE = VALLEY.truth
 

@@ -22,6 +22,7 @@ from pipeline.studies.emulation.pictures import (
     FINE,
     FINE_PAIRS,
     PAIRS,
+    SHIPPED_PAIRS,
     WIDE,
     cut,
     emulated,
@@ -98,10 +99,11 @@ def maps(wide: Truth, close: Truth, fine: Truth) -> Iterator[dict[str, object]]:
         failed, rest = np.split(rows[np.argsort(-volume)], [MISSING])
         words = f"64 runs at {WIDE:g} m, the {MISSING} largest failed"
         yield from errors(wide.runs(rows, failed=failed), wide, wide.depth(rest), words)
-    for rows in blocks(64, LEAST):
-        runs, few = wide.runs(rows, close, PAIRS), close.depth(rows[:PAIRS])
-        words = f"64 runs at {WIDE:g} m and {PAIRS} at {CLOSE:g} m"
-        yield from errors(runs, close, few, words, two_levels=True)
+    for pairs in (PAIRS, SHIPPED_PAIRS):
+        for rows in blocks(64, LEAST):
+            runs, few = wide.runs(rows, close, pairs), close.depth(rows[:pairs])
+            words = f"64 runs at {WIDE:g} m and {pairs} at {CLOSE:g} m"
+            yield from errors(runs, close, few, words, two_levels=True)
     # the last runs on the finest spacing are the first of the others
     for rows in blocks(64, VALLEY.truth[FINE]):
         runs, few = wide.runs(rows, close, PAIRS), close.depth(rows[:PAIRS])
