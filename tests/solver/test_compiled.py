@@ -2,7 +2,7 @@ import numba
 import numpy as np
 import pytest
 
-from solver.compiled import _Flags, compile_for, kernel
+from solver.compiled import _Flags, compile_for, kernel, vectors_of
 
 
 @kernel(cached=False)
@@ -52,3 +52,16 @@ def test_what_callees_do_not_take_over_makes_no_other_settings():
     assert some.copy() is not other.copy()
     assert other.copy().fastmath
     assert other.noalias
+
+
+@pytest.mark.parametrize(
+    ("processor", "features", "wanted"),
+    [
+        ("znver4", ["+avx2", "+avx512f"], ["-prefer-256-bit", "+prefer-no-gather"]),
+        ("znver2", ["+avx2"], ["+prefer-no-gather"]),
+        ("skylake-avx512", ["+avx512f"], ["-prefer-256-bit"]),
+        ("haswell", ["+avx2", "-avx512f"], []),
+    ],
+)
+def test_settings_of_vectors_are_by_the_processor(processor, features, wanted):
+    assert vectors_of(processor, features) == wanted
