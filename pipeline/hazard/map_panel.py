@@ -107,13 +107,20 @@ def arrange(figure: Figure, panels: Sequence[Axes]) -> None:
     It takes a third of the time of a picture. Maps of one place differ in their colours alone, most of them:
     panels of one size with the same texts around them get the places that were found first.
     """
-    texts = [
+    edges = [
         (each.get_title("left"), each.get_xlabel(), each.get_ylabel(), each.get_xlim(), each.get_ylim())
         for each in panels
     ]
+    # names, and labels of contour lines, which may stand out of a panel
+    texts = [
+        (each.get_text(), each.get_position(), getattr(each, "xy", ()))
+        for panel in panels
+        for each in panel.texts
+        if each.get_in_layout()
+    ]
     legend = panels[0].get_legend()
     told = [] if legend is None else [legend.get_title(), *legend.get_texts()]
-    key = (*figure.get_size_inches(), *texts, *(each.get_text() for each in told))
+    key = (*figure.get_size_inches(), *edges, *texts, *(each.get_text() for each in told))
     if key not in arranged:
         layout = figure.get_layout_engine()
         assert layout is not None

@@ -5,6 +5,7 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Sequence
 from dataclasses import fields
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
@@ -75,17 +76,18 @@ def draw(layer: Layer, found: xr.Dataset, frame: Frame | None, path: Path) -> Pa
     """
     on = (repr(frame.georeference), frame.arc, frame.distance, frame.across) if frame else ()
     given = [getattr(layer, each.name) for each in fields(layer)]
-    key = str(tokenize(given, found[[]], on, path.suffix))
+    kind = path.suffix.removeprefix(".")
+    key = str(tokenize(given, found[[]], on, kind))
     if key not in drawn:
-        _draw(layer, found, frame, path)
-        drawn[key] = path.read_bytes()
+        drawn[key] = _draw(layer, found, frame, kind)
         for oldest in list(drawn)[:-KEPT]:
             del drawn[oldest]
     path.write_bytes(drawn[key])
     return path
 
 
-def _draw(layer: Layer, found: xr.Dataset, frame: Frame | None, path: Path) -> None:
+def _draw(layer: Layer, found: xr.Dataset, frame: Frame | None, kind: str) -> bytes:
+    """Give the picture as a file of a kind, as ``png``."""
     shown = [""] if layer.is_certain else list(layer.values)
     east, north, corners = laid(found, frame)
     width, height = (float(np.ptp(side)) for side in corners)
@@ -143,7 +145,9 @@ def _draw(layer: Layer, found: xr.Dataset, frame: Frame | None, path: Path) -> N
     keep_apart(renderer, panels[0], names)
     # with "tight" all would be drawn once more, only to be measured
     box = figure.get_tightbbox(renderer).padded(PADDING)
-    figure.savefig(path, bbox_inches=box)
+    held = BytesIO()
+    figure.savefig(held, format=kind, bbox_inches=box)
+    return held.getvalue()
 
 
 def _explain(panel: Axes, layer: Layer) -> None:

@@ -215,9 +215,13 @@ def test_a_cell_on_an_edge_has_the_exponent_of_most_of_it_with_the_parameters_th
     expected = [0.125, 0.03, 0.03, 0.1]
     np.testing.assert_allclose(zoned.values[1], expected, rtol=1e-15)
     # without different exponents there are means of all
-    bingham = [HerschelBulkley(500.0, k, 1.0, 2000).resistance(9.81) for k in (50, 100)]
-    zoned = area_weighted(bingham[0], [(bingham[1], np.array([0.3, 0.1 + 0.2]))])
-    np.testing.assert_allclose(zoned.values[1], 0.0325, rtol=1e-15)
+    for fluid in (
+        lambda k: Bingham(500.0, k, density=2000.0),
+        lambda k: HerschelBulkley(500.0, k, 1.0, 2000),
+    ):
+        laws = [fluid(k).resistance(9.81) for k in (50, 100)]
+        zoned = area_weighted(laws[0], [(laws[1], np.array([0.3, 0.1 + 0.2]))])
+        np.testing.assert_allclose(zoned.values[1], 0.0325, rtol=1e-15)
     assert zoned.values[2].tolist() == [1.0, 1.0]
     assert [law_at(zoned, i).exponent for i in (0, 1)] == [1.0, 1.0]
 

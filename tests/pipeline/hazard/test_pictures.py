@@ -287,12 +287,19 @@ def test_a_picture_is_the_same_whether_its_panels_were_arranged_before(status, g
     assert (tmp_path / "first.png").read_bytes() == (tmp_path / "second.png").read_bytes()
 
 
+def test_panels_are_arranged_anew_around_other_names(tmp_path):
+    map_panel.arranged.clear()
+    for name in ("inn", "a house of which the name is long"):
+        place = json.dumps([{"name": name, "point": [1190, 140], "line": None, "polygon": None}])
+        found = made().assign_attrs(receptors=place)
+        draw(next(layers(found)), found, frame(found, GROUND), tmp_path / "map.png")
+    assert len(map_panel.arranged) == 2
+
+
 def test_a_map_that_was_drawn_is_not_drawn_again_and_any_other_one_is(tmp_path, monkeypatch):
     calls = []
     monkeypatch.setattr(pictures, "drawn", {})
-    monkeypatch.setattr(
-        pictures, "_draw", lambda *given: calls.append(given[-1].write_bytes(b"%d" % len(calls)))
-    )
+    monkeypatch.setattr(pictures, "_draw", lambda *given: calls.append(given) or b"%d" % (len(calls) - 1))
     found = made()
 
     def shows(found=found, ground=GROUND, **other):

@@ -130,17 +130,22 @@ def test_outflow_limits_are_their_twins_and_leave_every_cell_something():
     down = y.mass[0] < 0
     for actual, expected in zip(kernel_y, twin_y, strict=True):
         np.testing.assert_allclose(actual[:n][down], expected.T[0][down], rtol=1e-14)
+    # a next row without cells limits what goes up to it
+    limit_outflow(kernel_x, kernel_y, 0, n, lost, emptied, u, v, None, None, 0, 0, False)
+    for actual, expected in zip(kernel_y, twin_y, strict=True):
+        np.testing.assert_allclose(actual[:n][down], expected.T[0][down], rtol=1e-14)
+        np.testing.assert_allclose(actual[n:][y.mass[1] > 0], expected.T[1][y.mass[1] > 0], rtol=1e-14)
     assert not outflow_exceeds(h[0], None, 0, n, *faces, 0.0, grid, lost, n)
 
 
 def test_a_face_without_flow_keeps_its_impulse():
-    fluxes, none = Fluxes(*np.array([[0.0, 2.0, 0.0]] * 4)), Fluxes(*np.zeros((4, 9)))
+    fluxes, none = Fluxes(*np.array([[0.0, 2.0, -2.0, 0.0]] * 4)), Fluxes(*np.zeros((4, 9)))
     fluxes.normal[0] = 7.0
-    # one cell, between the first two faces, would lose twice what it has
-    lost, emptied = np.array([2.0, 0.0]), np.array([1, 0])
+    # the first cell and the third, each between two faces, would lose twice what they have
+    lost, emptied = np.array([2.0, 0.0, 2.0]), np.array([2, 0, 2])
     limit_outflow(fluxes, none, 0, 0, lost, emptied, np.full(4, 3.0), np.zeros(4), None, None, 0, 0, True)
-    assert fluxes.normal.tolist() == pytest.approx([7.0, 3.0, 0.0])
-    assert fluxes.pressure.tolist() == [0.0, 2.0, 0.0]
+    assert fluxes.normal.tolist() == pytest.approx([7.0, 3.0, -3.0, 0.0])
+    assert fluxes.pressure.tolist() == [0.0, 2.0, -2.0, 0.0]
 
 
 @pytest.mark.parametrize("friction", [Coulomb(25), Voellmy(25, 30.0)])
