@@ -25,6 +25,7 @@ from solver.physics.elevation import Surface
 from solver.physics.friction import Coulomb
 from solver.physics.resistance import Zoned, area_weighted, shares_of_zones
 from solver.points.lattice import Lattice
+from solver.referenced import Referenced
 from solver.scene import Collocation, Scene
 
 Carried = Mapping[str, NDArray[Any]]
@@ -101,6 +102,7 @@ class Run(ABC):
             np.full(indices, -1, np.int64),
         )
         self.erosion = no_erosion()
+        self._in_memory: Referenced | None = None
         self.lull = Lull(np.zeros(1, np.int64), np.full(3, np.nan), np.zeros((4, 2)))
 
     def advance(self, target: float, max_steps: int | None) -> int:
@@ -143,6 +145,17 @@ class Run(ABC):
         """Give the kernels until when to go on."""
         cfl = self.scene.scheme.cfl
         return Limits(target, max_steps, self.shortest_step, cfl, self.rest_volume, self.arrival_depth)
+
+    @property
+    @abstractmethod
+    def arrays(self) -> Any:
+        """What the kernels read and write, a named tuple."""
+
+    @property
+    def in_memory(self) -> Referenced:
+        """The same, where kernels find it; what is as it was is not looked up again."""
+        self._in_memory = Referenced(self.arrays, self._in_memory)
+        return self._in_memory
 
     @abstractmethod
     def _advance(self, target: float, max_steps: int) -> int: ...

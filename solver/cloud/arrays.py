@@ -16,8 +16,10 @@ from solver.kernels.record import Record
 from solver.kernels.sections.inflow import Inflows
 from solver.kernels.sections.measured import Sections
 from solver.kernels.state import CloudBed, Fields, Material, Sides, Status
+from solver.referenced import by_reference
 
 
+@by_reference
 class CloudArrays(NamedTuple):
     """The arrays of a run.
 

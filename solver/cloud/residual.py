@@ -99,7 +99,7 @@ def outflow_exceeds(h: Array, lost: Array, area: Array, start: int, stop: int, d
     return count > 0
 
 
-@kernel(makes_arrays=True)
+@kernel()
 def limit_outflow(
     now: Fields,
     status: Status,
@@ -123,7 +123,7 @@ def limit_outflow(
     dt : float
         Time step, s.
     """
-    halves, n, push = buffers.halves, faces.faces, np.empty((2, 2))
+    halves, n = buffers.halves, faces.faces
     for i in range(start, stop):
         lost = buffers.gain[3, i] * dt / (now.h[i] * area[i] + 1e-300)
         if lost <= EMPTIED:
@@ -137,6 +137,7 @@ def limit_outflow(
             if j < faces.cells:
                 buffers.limited[j // LANES] = 1.0
             mass, out_x, out_y = -halves[0, half], 0.0, 0.0
+            push_left, push_right = (0.0, 0.0), (0.0, 0.0)
             normal = faces.geometry[0, f], faces.geometry[1, f]
             for side in range(2):
                 q, cell = (f, int(faces.left[f])) if side == 0 else (f + n, int(faces.right[f]))
@@ -150,9 +151,13 @@ def limit_outflow(
                     else (pressed * right[0], pressed * right[1])
                 )
                 x, y = sheared(status.beta_xy, cell, l_x, l_y)
-                push[0, side], push[1, side] = l_x * status.beta_x[cell] + x, l_y * status.beta_y[cell] + y
+                push = l_x * status.beta_x[cell] + x, l_y * status.beta_y[cell] + y
+                if side == 0:
+                    push_left = push
+                else:
+                    push_right = push
                 if q == half:
-                    out_x, out_y = push[0, side] - halves[1, q], push[1, side] - halves[2, q]
+                    out_x, out_y = push[0] - halves[1, q], push[1] - halves[2, q]
             mass, out_x, out_y = afforded((mass, out_x, out_y), lost, now.u[i], now.v[i])
             if now.h[i] * area[i] < NOTHING:
                 mass = out_x = out_y = 0.0
@@ -164,8 +169,9 @@ def limit_outflow(
                 if q != half:
                     to_x, to_y = carried_over(faces.far, f, normal, side == 0, out_x, out_y)
                 halves[0, q] = out * mass
-                halves[1, q] = out * to_x + push[0, side]
-                halves[2, q] = out * to_y + push[1, side]
+                push = push_left if side == 0 else push_right
+                halves[1, q] = out * to_x + push[0]
+                halves[2, q] = out * to_y + push[1]
 
 
 @kernel()

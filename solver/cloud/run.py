@@ -197,7 +197,7 @@ class CloudRun(Run):
         return self._step(self.limits(target, max_steps))
 
     def _step(self, limits: Limits) -> int:
-        return int(advance_cloud(self.arrays, limits, self.progress))
+        return int(advance_cloud(self.in_memory, limits, self.progress))
 
     def warm_up(self, piece: int) -> None:
         """Compile what goes on beside the stages, or a stage."""

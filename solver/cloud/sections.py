@@ -21,8 +21,10 @@ from solver.kernels.flow_axes import normal_pressure, sheared
 from solver.kernels.sections.inflow import Inflows, held_up, state_in_door
 from solver.kernels.sections.measured import Sections, begun
 from solver.kernels.state import BELOW_YIELD, LANES, CloudBed, Fields, Status
+from solver.referenced import by_reference
 
 
+@by_reference
 class Doors(NamedTuple):
     """The faces that flow comes in through, sorted by the cell that it comes into.
 

@@ -74,7 +74,7 @@ class SurfaceCloudRun(CloudRun):
         return ways
 
     def _step(self, limits: Limits) -> int:
-        return int(advance_cloud_on_surface(self.arrays, limits, self.progress))
+        return int(advance_cloud_on_surface(self.in_memory, limits, self.progress))
 
     @property
     def cell_area(self) -> Array:

@@ -23,6 +23,7 @@ from solver.physics.erosion import (
     ShearStress,
 )
 from solver.physics.resistance import Uniform
+from solver.referenced import by_reference
 
 
 class Everywhere(NamedTuple):
@@ -56,6 +57,7 @@ def _(coefficients: InCells, i: Index) -> Everywhere:
     return Everywhere(values[0, i], values[1, i], values[2, i])
 
 
+@by_reference
 class Erosion(NamedTuple):
     """The erodible bed of a run; its arrays are empty where there is none.
 

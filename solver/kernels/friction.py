@@ -154,13 +154,17 @@ def _(law: Uniform, back: float, forth: float, h_back: float, h_forth: float, h:
     return 0.5 * (back * h_back + forth * h_forth) / (depth if depth > 0.0 else 1.0)
 
 
-@kernel(from_python=True, makes_arrays=True)
 def resistance_at_rest(law: Uniform, h: Array, normal: Array) -> Array:
     """Give R(0, h), m s-2, of depths h (n,) above 0, m, and of g cos(xi) (n,), m s-2."""
     found = np.empty(len(h))
+    _fill_resistance(law, h, normal, found)
+    return found
+
+
+@kernel(from_python=True)
+def _fill_resistance(law: Uniform, h: Array, normal: Array, found: Array) -> None:
     for i in range(len(h)):
         found[i] = rest_stress(law, h[i], h[i], normal[i]) / h[i]
-    return found
 
 
 @faces_below_yield.of(Quadratic, BinghamProfile, Viscoplastic, Inertial)

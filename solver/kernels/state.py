@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from solver.arrays import Array, Indices
 from solver.compiled import kernel
 from solver.physics.resistance import Resistance
+from solver.referenced import by_reference
 
 # Share of its depth that the positivity limiter leaves a cell in a stage, so that round-off cannot make it
 # negative.
@@ -49,6 +50,7 @@ class Fields(NamedTuple):
     v: Array
 
 
+@by_reference
 class Sides(NamedTuple):
     """The sides x_min, x_max, y_min, y_max, arrays of shape (4,).
 

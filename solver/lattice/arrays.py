@@ -15,6 +15,7 @@ from solver.kernels.sections.measured import Sections
 from solver.kernels.state import Bed, FaceValues, Fields, Fluxes, Grid, Material, Sides, Status
 from solver.lattice.spans import Spans
 from solver.lattice.walls import Walls
+from solver.referenced import by_reference
 
 # Rows held in the ring of fluxes.
 RING = 4
@@ -48,6 +49,7 @@ class Buffers(NamedTuple):
     before: Fields
 
 
+@by_reference
 class LatticeArrays(NamedTuple):
     """The arrays of a run.
 

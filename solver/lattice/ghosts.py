@@ -129,7 +129,8 @@ def fill_ghosts(
     """
     h, u, v = now
     m, rows = grid.stride, grid.rows
-    kind, depth, excess, _, fastest, _, along = sides
+    kind, depth, excess = sides.kind, sides.depth, sides.excess
+    fastest, along = sides.fastest, sides.alongside
     for j in range(max(first - GHOSTS, 0), min(last + GHOSTS, rows - 1) + 1):
         filled = spans[0, j] < spans[1, j]
         if kind[0] == DEPTH or (filled and spans[0, j] < 2 * GHOSTS):

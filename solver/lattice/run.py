@@ -319,7 +319,7 @@ class LatticeRun(Run):
     def _step(self, limits: runge_kutta.Limits) -> int:
         """Step until a limit or a side of the window is come to."""
         step = advance if self.walls is None else advance_among_buildings
-        return int(step(self.arrays, limits, self.progress))
+        return int(step(self.in_memory, limits, self.progress))
 
     def warm_up(self, piece: int) -> None:
         """Compile what goes on beside the stages, or a stage."""

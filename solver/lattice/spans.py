@@ -12,8 +12,10 @@ from solver.compiled import kernel
 from solver.kernels.runge_kutta import less_moving
 from solver.kernels.state import DEPTH, GHOSTS, LANES, Fields, Grid, Sides
 from solver.lattice.symmetry import images
+from solver.referenced import by_reference
 
 
+@by_reference
 class Spans(NamedTuple):
     """Half-open column ranges of each padded row, shape (2, ny + 4): of wet, of moving, of stepped cells.
 

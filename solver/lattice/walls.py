@@ -23,6 +23,7 @@ from solver.lattice.ghosts import depth_at_wall
 from solver.lattice.reconstruction import face_values
 from solver.lattice.spans import Spans, trim
 from solver.lattice.status import classify_run, copy_status
+from solver.referenced import by_reference
 
 WEST, EAST, SOUTH, NORTH = range(4)
 # copies, since LLVM makes less of kernels over rows that are called from other places, too
@@ -30,6 +31,7 @@ reconstruct = kernel(as_source=True, cached=False)(face_values.py_func)
 classify_cell = kernel(as_source=True, cached=False)(classify_run.py_func)
 
 
+@by_reference
 class Walls(NamedTuple):
     """Cells beside buildings, in the order of the padded lattice.
 

@@ -90,7 +90,7 @@ SIDE_NORMALS = np.array([[-1.0, 0.0], [1.0, 0.0], [0.0, -1.0], [0.0, 1.0]])
 BUILDING = len(SIDE_NORMALS)
 
 
-@kernel(fastmath=False, from_python=True, makes_arrays=True)
+@kernel(fastmath=False, from_python=True)
 def cut_cells(
     points: Array,
     bounds: Array,
@@ -100,6 +100,7 @@ def cut_cells(
     label: Indices,
     corners: Indices,
     done: Indices,
+    scratch: tuple[Array, Indices, Array],
 ) -> None:
     """Cut the domain down to the Voronoi cells of some points by the bisectors to their neighbours.
 
@@ -123,10 +124,10 @@ def cut_cells(
         Filled with the number of corners.
     done : (m,) array
         Filled with 1 where points beyond the given neighbours cannot cut the cell, else 0.
+    scratch
+        Three arrays of shapes (k + 4, 2), (k + 4,) and (k + 4,).
     """
-    size = corner.shape[1]
-    new_corner, new_label = np.empty((size, 2)), np.empty(size, np.int64)
-    beyond = np.empty(size)
+    new_corner, new_label, beyond = scratch
     for m in range(len(cells)):
         i = cells[m]
         x, y = points[i, 0], points[i, 1]
@@ -160,7 +161,8 @@ def cut_cells(
                 after = k + 1 if k + 1 < count else 0
                 inside, leaves = beyond[k] <= 0.0, beyond[after] > 0.0
                 if inside:
-                    new_corner[kept], new_label[kept] = polygon[k], edge[k]
+                    new_corner[kept, 0], new_corner[kept, 1] = polygon[k, 0], polygon[k, 1]
+                    new_label[kept] = edge[k]
                     kept += 1
                 if inside == leaves:
                     t = beyond[k] / (beyond[k] - beyond[after])
@@ -170,13 +172,14 @@ def cut_cells(
                     kept += 1
             count, reach = kept, 0.0
             for k in range(count):
-                polygon[k], edge[k] = new_corner[k], new_label[k]
+                polygon[k, 0], polygon[k, 1] = new_corner[k, 0], new_corner[k, 1]
+                edge[k] = new_label[k]
                 square = polygon[k, 0] * polygon[k, 0] + polygon[k, 1] * polygon[k, 1]
                 reach = max(reach, square)
         corners[m] = count
 
 
-@kernel(fastmath=False, from_python=True, makes_arrays=True)
+@kernel(fastmath=False, from_python=True)
 def measure_cells(
     points: Array,
     cells: Indices,
@@ -231,7 +234,8 @@ def control_volumes(points: Array, x: tuple[float, float], y: tuple[float, float
         corner = np.empty((len(cells), count + 4, 2))
         label = np.empty(corner.shape[:2], dtype=np.int64)
         corners, done = np.empty((2, len(cells)), dtype=np.int64)
-        cut_cells(points, bounds, cells, near, corner, label, corners, done)
+        scratch = np.empty_like(corner[0]), np.empty_like(label[0]), np.empty(count + 4)
+        cut_cells(points, bounds, cells, near, corner, label, corners, done, scratch)
         complete = (done == 1) | (count == n)
         chosen = cells[complete], corner[complete], label[complete], corners[complete]
         measure_cells(points, chosen[0], chosen[1], chosen[3], area, centroid, second_moment)

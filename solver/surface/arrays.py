@@ -16,11 +16,13 @@ from solver.kernels.state import Fields, Grid, Material, Sides
 from solver.lattice.arrays import Buffers
 from solver.lattice.spans import Spans
 from solver.lattice.walls import Walls
+from solver.referenced import by_reference
 from solver.surface.metric import Metric
 from solver.surface.pressure import Pressure
 from solver.surface.reconstruction import Levels
 
 
+@by_reference
 class SurfaceArrays(NamedTuple):
     """The arrays of a run; velocities are in the frames of the cells.
 

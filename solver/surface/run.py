@@ -200,7 +200,7 @@ class SurfaceRun(LatticeRun):
 
     def _step(self, limits: Limits) -> int:
         step = advance_surface if self.walls is None else advance_among_buildings
-        return int(step(self.arrays, limits, self.progress))
+        return int(step(self.in_memory, limits, self.progress))
 
     def warm_up(self, piece: int) -> None:
         """Compile what goes on beside the stages, or a stage."""

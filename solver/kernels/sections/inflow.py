@@ -24,6 +24,7 @@ from solver.inflow.hydrograph_kernels import (
 from solver.kernels.boundary import stopped, wall_flux
 from solver.kernels.runge_kutta import Limits
 from solver.kernels.state import FaceValues, Fluxes
+from solver.referenced import by_reference
 
 # Sides of a cell.
 LOW_X, HIGH_X, LOW_Y, HIGH_Y = 0, 1, 2, 3
@@ -31,6 +32,7 @@ LOW_X, HIGH_X, LOW_Y, HIGH_Y = 0, 1, 2, 3
 _HALVINGS, _STEPS = 60, 30
 
 
+@by_reference
 class Inflows(NamedTuple):
     """Faces that flow comes in through, sorted by cell, and the hydrographs of their sections.
 

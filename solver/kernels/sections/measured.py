@@ -9,8 +9,10 @@ import numpy as np
 from solver.arrays import Array, Indices
 from solver.compiled import kernel
 from solver.kernels.state import Fluxes
+from solver.referenced import by_reference
 
 
+@by_reference
 class Sections(NamedTuple):
     """Faces of sections, sorted by the row that their fluxes are found with.
 
