@@ -16,7 +16,7 @@ from numba.core.caching import FunctionCache
 from numba.core.codegen import get_host_cpu_features
 from numba.core.compiler import Compiler, Flags
 from numba.core.registry import CPUDispatcher
-from numba.core.types import Function
+from numba.core.types import BaseFunction, Function
 from numba.extending import overload
 
 from solver import sources
@@ -98,37 +98,35 @@ class _Flags(Flags):
         return self.known.setdefault(repr(copied.values()), copied)
 
 
-class _Calls:
-    """What Numba's functions and operators give for types of arguments, looked for once.
+_function: Any = Function
+_call_types: dict[tuple[Any, ...], tuple[Any, Any]] = {}
 
-    Numba tries all that an operator may mean wherever it stands, 8,000 times for a lattice, where 350 differ.
+
+def _call_type(function: Any, context: Any, args: Any, named: Any) -> Any:
+    """Give what a function or an operator of Numba's gives for types of arguments, looked for once.
+
+    Numba tries all that it may mean wherever it stands, 8,000 times for a lattice, of which 350 differ.
     """
-
-    known: ClassVar[dict[tuple[Any, ...], tuple[Any, Any]]] = {}
-    looked_for: ClassVar[Callable[..., Any]] = Function.get_call_type
-
-    def of(self: Any, context: Any, args: Any, named: Any) -> Any:
-        """Stand in for the method of the same meaning of a function."""
-        key = (id(self), id(context), args, tuple(named.items()))
-        if key not in _Calls.known:
-            # with the function, so that no other takes its number
-            _Calls.known[key] = self, _Calls.looked_for(self, context, args, named)
-        return _Calls.known[key][1]
+    key = (id(function), id(context), args, tuple(named.items()))
+    if key not in _call_types:
+        # with the function, so that no other takes its number
+        _call_types[key] = function, BaseFunction.get_call_type(function, context, args, named)
+    return _call_types[key][1]
 
 
 @contextmanager
 def _undisturbed() -> Iterator[None]:
     """Compile without looking for the same things, or for garbage, again and again; a fifth of the time."""
-    if Function.get_call_type is _Calls.of:
+    if "get_call_type" in vars(_function):
         yield
         return
     collects = gc.isenabled()
     gc.disable()
-    Function.get_call_type = _Calls.of
+    _function.get_call_type = _call_type
     try:
         yield
     finally:
-        Function.get_call_type = _Calls.looked_for
+        del _function.get_call_type
         if collects:
             gc.enable()
 
@@ -273,7 +271,8 @@ def kernel(
 
 def compile_for(function: Any, *args: Any) -> None:
     """Compile a kernel for arguments like these as other kernels call it, or load it, and do nothing else."""
-    function.compile(tuple(passed(numba.typeof(each)) for each in args))
+    typeof: Any = numba.typeof
+    function.compile(tuple(passed(typeof(each)) for each in args))
 
 
 class ByType(Protocol[P, R_co]):

@@ -31,6 +31,7 @@ Class = TypeVar("Class", bound=type)
 _OF_ARRAY = ("meminfo", "parent", "nitems", "itemsize", "data", "shape", "strides")
 _WORD = 8
 _declared: set[type] = set()
+_typeof: Any = numba.typeof
 
 
 def by_reference(declared: Class) -> Class:
@@ -65,14 +66,14 @@ _reference = cache(Reference)
 @register_model(Reference)
 class _Model(models.PrimitiveModel):
     def __init__(self, manager: Any, kind: Any) -> None:
-        super().__init__(manager, kind, manager[kind.of].get_data_type().as_pointer())
+        super().__init__(manager, kind, manager[kind.of].get_data_type().as_pointer())  # type: ignore[no-untyped-call]
 
 
 @infer_getattr
 class _Attribute(AttributeTemplate):
     key = Reference
 
-    def generic_resolve(self, reference: Any, name: str) -> Any:
+    def generic_resolve(self, reference: Any, name: str) -> Any:  # type: ignore[override]
         of = reference.of
         return passed(of.types[of.fields.index(name)]) if name in of.fields else None
 
@@ -96,7 +97,7 @@ def _load(context: Any, builder: Any, reference: Any, address: Any, name: str) -
     return loaded
 
 
-@unbox(Reference)
+@unbox(Reference)  # type: ignore[no-untyped-call]
 def _unbox(kind: Any, value: Any, c: Any) -> NativeValue:
     manager = c.context.data_model_manager
     for each in _leaves(kind.of):
@@ -138,18 +139,19 @@ class Referenced:
         known = _dispatcher.compute_fingerprint(values)
         kind = self._types.get(known)
         if kind is None:
-            kind = self._types[known] = passed(numba.typeof(values))
+            kind = self._types[known] = passed(_typeof(values))
         if not isinstance(kind, Reference):
             raise TypeError(f"{type(values).__name__} is not declared to be given by reference")
         self.values, self._numba_type_ = values, kind
         layout = _layout(kind.of)
         self._memory = np.empty(layout.size // _WORD, dtype=np.int64)
+        self._words: list[list[Any]]
         kept: tuple[Any, ...] = (None,) * len(values) if before is None else before.values
         self._words = [
             before._words[n] if before is not None and each is kept[n] else _words((each,))
             for n, each in enumerate(values)
         ]
-        layout.pack_into(self._memory, 0, *chain.from_iterable(self._words))
+        layout.pack_into(self._memory.data, 0, *chain.from_iterable(self._words))
         self.address: int = self._memory.ctypes.data
 
 
@@ -160,7 +162,8 @@ def referenced(value: Any) -> Any:
 
 def _leaves(kind: Any) -> Iterator[Any]:
     if isinstance(kind, types.BaseTuple):
-        for each in kind.types:
+        members: Any = kind
+        for each in members.types:
             yield from _leaves(each)
     else:
         yield kind
