@@ -23,6 +23,9 @@ FRAMES_PER_CHUNK = 8
 TASK_SECONDS = 45.0
 LONG_RUN_SECONDS = 1.0
 LEAST_TASKS = 16
+# Longer runs share a task only where there are so many that reading a file for each and each variable takes
+# long: a millisecond for five of them.
+LEAST_TASKS_OF_LONG_RUNS = 256
 RESTATED = (WEIGHT.name, RETURN_PERIOD.name)
 
 
@@ -84,11 +87,10 @@ def run_bytes(shape: Sequence[int]) -> int:
 
 def group_size(runs: int, seconds_per_run: float, bytes_per_run: int) -> int:
     """Choose the runs per task: many short runs share one of a few seconds, if they fit a chunk."""
-    if seconds_per_run > LONG_RUN_SECONDS:
-        return 1
+    least = LEAST_TASKS if seconds_per_run <= LONG_RUN_SECONDS else LEAST_TASKS_OF_LONG_RUNS
     by_time = TASK_SECONDS / max(seconds_per_run, 1e-6)
     by_size = LARGEST_CHUNK / max(bytes_per_run, 1)
-    return max(1, int(min(by_time, by_size, runs / LEAST_TASKS)))
+    return max(1, int(min(by_time, by_size, runs / least)))
 
 
 def create(path: Location, template: Template, *, replace: bool = True) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 from solver.arrays import Array
 from solver.compiled import kernel
 from solver.kernels import inertial, viscoplastic, zones
+from solver.kernels.elementary import exponential_less_1, inverse_cube_root
 from solver.kernels.resistance import (
     below_yield,
     faces_below_yield,
@@ -128,7 +129,17 @@ def _(law: Uniform, h: float, load: float, pressure: float, time: float) -> floa
     return time * rest_stress(law, h, load, pressure)
 
 
-@slowed.of(Quadratic, Viscoplastic, Inertial)
+@slowed.of(Quadratic)
+def _(
+    law: Quadratic, u: float, v: float, h: float, load: float, pressure: float, time: float
+) -> tuple[float, float]:
+    # without a branch; what has stopped, and may be dry, is given a depth
+    speed, depth = math.sqrt(u * u + v * v), h if h > 0.0 else 1.0
+    share = share_left(law, speed, depth, load, pressure, time)
+    return u * share if speed > 0.0 else u, v * share if speed > 0.0 else v
+
+
+@slowed.of(Inertial)
 def _(
     law: Uniform, u: float, v: float, h: float, load: float, pressure: float, time: float
 ) -> tuple[float, float]:
@@ -192,20 +203,20 @@ def _(
 
 @rest_stress.of(Quadratic)
 def _(law: Quadratic, h: float, load: float, pressure: float) -> float:
-    held = law.tangent * pressure * load
-    if law.cohesion > 0.0:
-        held -= (1.0 - law.tangent) * law.cohesion * math.expm1(-pressure * load / law.cohesion)
+    cohesion = law.cohesion if law.cohesion > 0.0 else 1.0
+    most = (1.0 - law.tangent) * law.cohesion
+    held = law.tangent * pressure * load - most * exponential_less_1(-pressure * load / cohesion)
     return float(held + law.yield_stress * loaded(h, load))
 
 
 @resistance.of(Quadratic)
 def _(law: Quadratic, speed: float, h: float, pressure: float) -> float:
-    drag = law.drag + law.rough / math.pow(h, 1.0 / 3.0)
+    drag = law.drag + law.rough * inverse_cube_root(h)
     return (rest_stress(law, h, h, pressure) + speed * (law.viscous / h + speed * drag)) / h
 
 
 @share_left.of(Quadratic)
 def _(law: Quadratic, speed: float, h: float, load: float, pressure: float, time: float) -> float:
-    drag = law.drag + (law.rough / math.pow(h, 1.0 / 3.0) if law.rough > 0.0 else 0.0)
+    drag = law.drag + law.rough * inverse_cube_root(h)
     linear = 1.0 + time * law.viscous / (h * h)
     return 2.0 / (linear + math.sqrt(linear * linear + 4.0 * (time * drag / h) * speed))

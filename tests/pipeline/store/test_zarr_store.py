@@ -158,7 +158,14 @@ def test_runs_too_large_for_a_chunk_are_sharded_by_run(path):
 
 @pytest.mark.parametrize(
     ("runs", "seconds", "nbytes", "expected"),
-    [(10_000, 0.1, 10_000, 450), (10_000, 3.0, 10_000, 1), (10, 0.1, 10_000, 1), (10_000, 0.1, 5_000_000, 4)],
+    [
+        (10_000, 0.1, 10_000, 450),
+        (10, 0.1, 10_000, 1),
+        (10_000, 0.1, 5_000_000, 4),
+        (10_000, 3.0, 10_000, 15),
+        (500, 3.0, 10_000, 1),
+        (10_000, 30.0, 10_000, 1),
+    ],
 )
 def test_short_runs_share_a_task_if_they_are_many_and_fit_a_chunk(runs, seconds, nbytes, expected):
     assert group_size(runs, seconds, nbytes) == expected
