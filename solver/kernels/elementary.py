@@ -68,14 +68,14 @@ def power_of_e(x: float) -> tuple[float, float]:
 def exponential(x: float) -> float:
     """Give ``exp(x)`` to a few units of round-off, x between -708 and 709."""
     power, rest = power_of_e(x)
-    return power * rest + power
+    return float(power * rest + power)
 
 
 @kernel(inline=True)
 def exponential_less_1(x: float) -> float:
     """Give ``exp(x) - 1`` to a few units of round-off, x at most 709."""
     power, rest = power_of_e(x)
-    return power * rest + (power - 1.0)
+    return float(power * rest + (power - 1.0))
 
 
 @kernel(inline=True)

@@ -212,7 +212,7 @@ def _(law: Quadratic, h: float, load: float, pressure: float) -> float:
 @resistance.of(Quadratic)
 def _(law: Quadratic, speed: float, h: float, pressure: float) -> float:
     drag = law.drag + law.rough * inverse_cube_root(h)
-    return (rest_stress(law, h, h, pressure) + speed * (law.viscous / h + speed * drag)) / h
+    return float((rest_stress(law, h, h, pressure) + speed * (law.viscous / h + speed * drag)) / h)
 
 
 @share_left.of(Quadratic)
