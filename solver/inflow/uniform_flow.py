@@ -9,6 +9,7 @@ from solver.physics.friction import Friction
 from solver.physics.resistance import (
     BinghamProfile,
     DryTurbulent,
+    Hysteretic,
     Inertial,
     Quadratic,
     Uniform,
@@ -47,9 +48,9 @@ def law_along(
         found = Quadratic(found.tangent, drag=found.drag)
     if isinstance(found, BinghamProfile):
         found = Viscoplastic(*found, 1.0)
-    if isinstance(found, Inertial):
-        return None if found.beta_star > 0 else found
-    driven = isinstance(found, Viscoplastic) or found.viscous + found.drag + found.rough > 0.0
+    if isinstance(found, Hysteretic):
+        return None
+    driven = isinstance(found, Viscoplastic | Inertial) or found.viscous + found.drag + found.rough > 0.0
     return found if driven else None
 
 

@@ -24,7 +24,15 @@ from solver.kernels.resistance import (
     slowed,
 )
 from solver.kernels.state import YIELD_TOLERANCE
-from solver.physics.resistance import BinghamProfile, DryTurbulent, Inertial, Quadratic, Uniform, Viscoplastic
+from solver.physics.resistance import (
+    BinghamProfile,
+    DryTurbulent,
+    Hysteretic,
+    Inertial,
+    Quadratic,
+    Uniform,
+    Viscoplastic,
+)
 
 __all__ = [
     "below_yield",
@@ -90,7 +98,7 @@ def _(law: DryTurbulent, drive_x: float, drive_y: float, h: float, normal: float
     return drive_x * drive_x + drive_y * drive_y <= most * most
 
 
-@mean_drive.of(DryTurbulent, Inertial)
+@mean_drive.of(DryTurbulent, Inertial, Hysteretic)
 def _(law: Uniform, back: float, forth: float, h_back: float, h_forth: float, h: float) -> float:
     return 0.5 * (back + forth)
 
@@ -116,7 +124,7 @@ def _(
     return rests
 
 
-@raised_rate.of(DryTurbulent, Quadratic, BinghamProfile, Viscoplastic)
+@raised_rate.of(DryTurbulent, Quadratic, BinghamProfile, Viscoplastic, Inertial)
 def _(law: Uniform, rate: float, h: float, normal: float, dry: float) -> float:
     return rate
 
@@ -124,14 +132,14 @@ def _(law: Uniform, rate: float, h: float, normal: float, dry: float) -> float:
 # Every other law.
 
 
-@held_momentum.of(Quadratic, BinghamProfile, Viscoplastic, Inertial)
+@held_momentum.of(Quadratic, BinghamProfile, Viscoplastic, Inertial, Hysteretic)
 def _(law: Uniform, h: float, load: float, pressure: float, time: float) -> float:
     return time * rest_stress(law, h, load, pressure)
 
 
-@slowed.of(Quadratic)
+@slowed.of(Quadratic, Inertial)
 def _(
-    law: Quadratic, u: float, v: float, h: float, load: float, pressure: float, time: float
+    law: Quadratic | Inertial, u: float, v: float, h: float, load: float, pressure: float, time: float
 ) -> tuple[float, float]:
     # without a branch; what has stopped, and may be dry, is given a depth
     speed, depth = math.sqrt(u * u + v * v), h if h > 0.0 else 1.0
@@ -139,7 +147,7 @@ def _(
     return u * share if speed > 0.0 else u, v * share if speed > 0.0 else v
 
 
-@slowed.of(Inertial)
+@slowed.of(Hysteretic)
 def _(
     law: Uniform, u: float, v: float, h: float, load: float, pressure: float, time: float
 ) -> tuple[float, float]:
@@ -150,7 +158,7 @@ def _(
     return u, v
 
 
-@below_yield.of(Quadratic, BinghamProfile, Viscoplastic, Inertial)
+@below_yield.of(Quadratic, BinghamProfile, Viscoplastic, Inertial, Hysteretic)
 def _(law: Uniform, drive_x: float, drive_y: float, h: float, normal: float) -> bool:
     # compared as stresses, since depth may be 0
     most = rest_stress(law, h, h, normal) * YIELD_TOLERANCE
@@ -178,7 +186,7 @@ def _fill_resistance(law: Uniform, h: Array, normal: Array, found: Array) -> Non
         found[i] = rest_stress(law, h[i], h[i], normal[i]) / h[i]
 
 
-@faces_below_yield.of(Quadratic, BinghamProfile, Viscoplastic, Inertial)
+@faces_below_yield.of(Quadratic, BinghamProfile, Viscoplastic, Inertial, Hysteretic)
 def _(
     law: Uniform,
     back: tuple[float, float],

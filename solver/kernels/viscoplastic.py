@@ -20,7 +20,7 @@ from solver.physics.resistance import BinghamProfile, Viscoplastic
 
 # Change of the logarithm of e that no step exceeds.
 LONGEST = 2.0
-# Up to this ratio of difference and sum a series gives a logarithm, to round-off where the last step starts.
+# Up to this ratio of difference and sum a series gives a logarithm.
 SMALL = 0.3
 
 
@@ -91,10 +91,10 @@ def power_law(r: float, c: float, y: float, h: float, law: Viscoplastic) -> tupl
     e *= (a + 0.5) / (a + 0.5 + part) if part < 1.0 else less
     fluid = scale * exponential(a * logarithm(e / k))
     # it starts within 70 %, the last step within 4e-4; a loop would not be computed in whole vectors
-    e, fluid = scaled(e, fluid, a, halley_of_logarithms(e, fluid, r, c, y, a, b)[0])
-    e, fluid = scaled(e, fluid, a, halley_of_logarithms(e, fluid, r, c, y, a, b)[0])
-    e, fluid = scaled(e, fluid, a, halley_of_logarithms(e, fluid, r, c, y, a, b)[0])
-    step, s, first, second = halley_of_logarithms(e, fluid, r, c, y, a, b)
+    e, fluid = scaled(e, fluid, a, halley_of_logarithms(e, fluid, r, c, y, a, b, True)[0])
+    e, fluid = scaled(e, fluid, a, halley_of_logarithms(e, fluid, r, c, y, a, b, False)[0])
+    e, fluid = scaled(e, fluid, a, halley_of_logarithms(e, fluid, r, c, y, a, b, False)[0])
+    step, s, first, second = halley_of_logarithms(e, fluid, r, c, y, a, b, False)
     e *= 1.0 + step * (1.0 + 0.5 * step)
     return e, s + step * (first + 0.5 * step * second * (1.0 + a * step / 3.0))
 
@@ -108,9 +108,12 @@ def scaled(e: float, fluid: float, a: float, step: float) -> tuple[float, float]
 
 @kernel(inline=True)
 def halley_of_logarithms(
-    e: float, fluid: float, r: float, c: float, y: float, a: float, b: float
+    e: float, fluid: float, r: float, c: float, y: float, a: float, b: float, far: bool
 ) -> tuple[float, float, float, float]:
-    """Give the step of the logarithm of e, s, and the derivatives of s by this logarithm."""
+    """Give the step of the logarithm of e, s, and the derivatives of s by this logarithm.
+
+    ``far`` says whether s + c e may be more than twice r, or less than half of it.
+    """
     t = e / (e + y)
     plug, flat = 1.0 - t, 1.0 - 2.0 * b * t
     # s is fluid times this, whose derivative by the logarithm of e is the next
@@ -123,17 +126,18 @@ def halley_of_logarithms(
     drag = c * e
     total, slope, curvature = s + drag, first + drag, second + drag
     excess = logarithm_of_ratio(total, r)
+    if far and abs(total - r) > SMALL * (total + r):
+        excess = logarithm(total / r)
     bend = slope * slope - 0.5 * excess * (curvature * total - slope * slope)
     return -excess * (slope * total) / bend, s, first, second
 
 
 @kernel(inline=True)
 def logarithm_of_ratio(x: float, one: float) -> float:
-    """Logarithm of x/one, with all its digits where they differ by 1e-2 or less."""
+    """Logarithm of x/one: all digits where they differ by 1e-2 or less, within 1e-4 up to a factor of 2."""
     ratio = (x - one) / (x + one)
     square = ratio * ratio
-    near = 2.0 * ratio * (1.0 + square * (1.0 / 3.0 + square * (0.2 + square / 7.0)))
-    return near if abs(ratio) <= SMALL else logarithm(x / one)
+    return 2.0 * ratio * (1.0 + square * (1.0 / 3.0 + square * (0.2 + square / 7.0)))
 
 
 @rest_stress.of(BinghamProfile, Viscoplastic)

@@ -8,6 +8,7 @@ from solver.kernels.resistance import Index, law_at
 from solver.physics.resistance import (
     BinghamProfile,
     DryTurbulent,
+    Hysteretic,
     Inertial,
     Quadratic,
     Uniform,
@@ -22,7 +23,7 @@ def law_of(law: Uniform, values: Array, i: Index) -> Uniform:
     raise NotImplementedError
 
 
-@law_at.of(DryTurbulent, Quadratic, BinghamProfile, Viscoplastic, Inertial)
+@law_at.of(DryTurbulent, Quadratic, BinghamProfile, Viscoplastic, Inertial, Hysteretic)
 def _(law: Uniform, i: Index) -> Uniform:
     return law
 
@@ -54,7 +55,12 @@ def _(law: Viscoplastic, values: Array, i: Index) -> Viscoplastic:
 
 @law_of.of(Inertial)
 def _(law: Inertial, values: Array, i: Index) -> Inertial:
-    return Inertial(
+    return Inertial(values[0, i], values[1, i], values[2, i], values[3, i], values[4, i])
+
+
+@law_of.of(Hysteretic)
+def _(law: Hysteretic, values: Array, i: Index) -> Hysteretic:
+    return Hysteretic(
         values[0, i],
         values[1, i],
         values[2, i],

@@ -11,7 +11,15 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from solver.parameters import Alternative, Checked, Parameter, ParameterError, parameter, parametric, shared
-from solver.physics.resistance import BinghamProfile, DryTurbulent, Inertial, Quadratic, Uniform, Viscoplastic
+from solver.physics.resistance import (
+    BinghamProfile,
+    DryTurbulent,
+    Hysteretic,
+    Inertial,
+    Quadratic,
+    Uniform,
+    Viscoplastic,
+)
 
 
 def friction_coefficient(angle: float) -> float:
@@ -414,7 +422,7 @@ class Pouliquen(Friction):
     def resistance(self, gravity: float) -> Uniform:
         """R = mu N, mu by `solver.kernels.inertial`."""
         slow, fast = map(friction_coefficient, self.angles)
-        return Inertial(slow, fast, slow, self.length, self.beta, self.gamma, 0.0, 1.0)
+        return Inertial(slow, fast, self.length, self.beta, self.gamma)
 
 
 @parametric
@@ -458,7 +466,7 @@ class Edwards(Friction):
     def resistance(self, gravity: float) -> Uniform:
         """R = mu N, mu by `solver.kernels.inertial`."""
         slow, fast, start = map(friction_coefficient, self.angles)
-        return Inertial(slow, fast, start, self.length, self.beta, self.gamma, self.beta_star, self.kappa)
+        return Hysteretic(slow, fast, start, self.length, self.beta, self.gamma, self.beta_star, self.kappa)
 
 
 def _given(density: float | None) -> float:

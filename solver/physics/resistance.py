@@ -98,14 +98,30 @@ class Inertial(NamedTuple):
     ----------
     mu_1, mu_2
         Friction coefficients of a slow and of a fast flow.
-    mu_3
-        That at which a deep layer starts to move, with hysteresis.
     length
         Depth over which friction changes, m.
     beta, gamma
         The depth-averaged flow rule is ``Fr = beta h/h_stop - gamma``.
+    """
+
+    mu_1: float
+    mu_2: float
+    length: float
+    beta: float
+    gamma: float
+
+
+class Hysteretic(NamedTuple):
+    """The same with hysteresis: what is at rest holds more than what moves.
+
+    Attributes
+    ----------
+    mu_1, mu_2, length, beta, gamma
+        As of `Inertial`.
+    mu_3
+        Friction coefficient at which a deep layer starts to move.
     beta_star
-        Froude number below which friction weakens with speed, 0 without hysteresis.
+        Froude number below which friction weakens with speed, above 0.
     kappa
         Exponent of the transition from static to dynamic friction.
     """
@@ -120,7 +136,7 @@ class Inertial(NamedTuple):
     kappa: float
 
 
-Uniform = DryTurbulent | Quadratic | BinghamProfile | Viscoplastic | Inertial
+Uniform = DryTurbulent | Quadratic | BinghamProfile | Viscoplastic | Inertial | Hysteretic
 
 
 class Zoned(NamedTuple):
@@ -141,7 +157,7 @@ class Zoned(NamedTuple):
 Resistance = Uniform | Zoned
 
 
-EXPONENTS: dict[type, tuple[str, ...]] = {Viscoplastic: ("exponent",), Inertial: ("kappa",)}
+EXPONENTS: dict[type, tuple[str, ...]] = {Viscoplastic: ("exponent",), Hysteretic: ("kappa",)}
 """Fields that have no mean: with another exponent the other parameters have other units or meanings."""
 
 
