@@ -8,8 +8,8 @@ import numpy as np
 
 from solver.arrays import Array
 from solver.compiled import kernel
+from solver.elementary import exponential_less_1, inverse_cube_root
 from solver.kernels import inertial, viscoplastic, zones
-from solver.kernels.elementary import exponential_less_1, inverse_cube_root
 from solver.kernels.resistance import (
     below_yield,
     faces_below_yield,

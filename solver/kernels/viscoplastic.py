@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 
 from solver.compiled import kernel
-from solver.kernels.elementary import exponential, logarithm
+from solver.elementary import exponential, logarithm
 from solver.kernels.resistance import loaded, resistance, rest_stress, share_left, slowed
 from solver.physics.resistance import BinghamProfile, Viscoplastic
 

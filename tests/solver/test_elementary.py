@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from solver.compiled import kernel
-from solver.kernels.elementary import exponential, exponential_less_1, inverse_cube_root, logarithm
+from solver.elementary import exponential, exponential_less_1, inverse_cube_root, logarithm
 
 ROUND_OFF = np.finfo(float).eps
 
