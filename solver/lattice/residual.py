@@ -116,7 +116,7 @@ def stage(
     ledger : (2, 4, 2) array
         Volumes that came in and left through x_min, x_max, y_min, y_max, m3.
     """
-    status, bed, material, sides, grid = arrays.status, arrays.bed, arrays.material, arrays.sides, arrays.grid
+    status, material, sides, grid = arrays.status, arrays.material, arrays.sides, arrays.grid
     spans, walls, m, dry = arrays.spans.stepped, arrays.walls, grid.stride, material.dry
     inflows, sections = arrays.inflows, arrays.sections
     comes_in, measured = len(inflows.cell) > 0, len(sections.volume) > 0
@@ -209,30 +209,12 @@ def stage(
             mirror_fluxes(y_fluxes, south, below + a, b - a)
         # the last stage takes the place of the start: its loop would not vectorise on a row that it writes
         copy_row(start, row * m + a, b - a, before, a)
-        # the whole row, and cells that flow comes into once more; one call, which is compiled into this loop
+        # the whole row, and cells that flow comes into once more
         cell, c, count = row * m + a, a, b - a
         e, stop = (inflows.first[row], inflows.first[row + 1]) if comes_in else (0, 0)
         begin = e
         while True:
-            update_row(
-                before,
-                now,
-                out,
-                status,
-                bed,
-                material,
-                cell,
-                c,
-                count,
-                x_fluxes,
-                below + c,
-                y_fluxes,
-                south - a + c,
-                below + c,
-                part,
-                dt,
-                grid,
-            )
+            update_span(arrays, now, out, cell, c, count, below + c, south - a + c, part, dt)
             if not comes_in:
                 break
             at = x_fluxes, y_fluxes, south - a, below
@@ -254,6 +236,47 @@ def copy_row(source: Fields, cell: int, count: int, target: Fields, to: int) -> 
     for k in range(count):
         i, o = np.uint64(cell) + np.uint64(k), np.uint64(to) + np.uint64(k)
         target.h[o], target.u[o], target.v[o] = source.h[i], source.u[i], source.v[i]
+
+
+@kernel()
+def update_span(
+    arrays: LatticeArrays,
+    now: Fields,
+    out: Fields,
+    cell: int,
+    column: int,
+    count: int,
+    west: int,
+    south: int,
+    part: float,
+    dt: float,
+) -> None:
+    """Update a run of cells from the row of the start of the step and the fluxes in the rings of buffers.
+
+    A function of its own, for which what it reads is loaded once a row: in the loop of a stage LLVM would
+    move it about on the stack.
+    """
+    status, bed, material, grid = arrays.status, arrays.bed, arrays.material, arrays.grid
+    _, _, x_fluxes, y_fluxes, _, _, before = arrays.buffers
+    update_row(
+        before,
+        now,
+        out,
+        status,
+        bed,
+        material,
+        cell,
+        column,
+        count,
+        x_fluxes,
+        west,
+        y_fluxes,
+        south,
+        west,
+        part,
+        dt,
+        grid,
+    )
 
 
 @kernel(unaliased=True, inline=True)
