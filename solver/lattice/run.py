@@ -30,7 +30,7 @@ from solver.kernels.state import (
     Status,
 )
 from solver.lattice.arrays import RING, Buffers, LatticeArrays
-from solver.lattice.residual import stage
+from solver.lattice.residual import stage, update_span
 from solver.lattice.sections import Doors, Geometry, doors_of, inflows_of, sections_of
 from solver.lattice.spans import Spans, copy_surroundings, moving_volume_exceeds, spread
 from solver.lattice.status import classify
@@ -332,8 +332,10 @@ class LatticeRun(Run):
             compile_for(moving_volume_exceeds, self.now, self.status.static, spans, sides, grid, 0.0, True)
             compile_for(copy_surroundings, self.now, self.now, spans.stepped, grid, GHOSTS, GHOSTS)
             return
-        states = self.now, self.now, self.stages[0]
-        compile_for(stage, self.arrays, *states, GHOSTS, GHOSTS, 1.0, 1.0, 0.0, self.progress.ledger)
+        # first what the other piece does not take: ghosts are compiled there meanwhile
+        now, out = self.now, self.stages[0]
+        compile_for(update_span, self.arrays, now, out, GHOSTS, GHOSTS, GHOSTS, GHOSTS, GHOSTS, 1.0, 0.0)
+        compile_for(stage, self.arrays, now, now, out, GHOSTS, GHOSTS, 1.0, 1.0, 0.0, self.progress.ledger)
 
     @property
     def carried(self) -> dict[str, NDArray[Any]]:
