@@ -20,7 +20,7 @@ from numba.core.types import BaseFunction, Function
 from numba.extending import overload
 
 from solver import sources
-from solver.referenced import passed, referenced
+from solver.referenced import referenced, type_of
 
 P = ParamSpec("P")
 R_co = TypeVar("R_co", covariant=True)
@@ -271,8 +271,7 @@ def kernel(
 
 def compile_for(function: Any, *args: Any) -> None:
     """Compile a kernel for arguments like these as other kernels call it, or load it, and do nothing else."""
-    typeof: Any = numba.typeof
-    function.compile(tuple(passed(typeof(each)) for each in args))
+    function.compile(tuple(map(type_of, args)))
 
 
 class ByType(Protocol[P, R_co]):

@@ -41,7 +41,7 @@ def inverse_cube_root(x: float) -> float:
 
 @kernel(inline=True)
 def power_of_e(x: float) -> tuple[float, float]:
-    """Give ``2^n`` and ``exp(r) - 1`` whose product with one more is ``exp(x)``, to a few units of round-off.
+    """Give ``2^n`` and ``exp(r) - 1`` of ``exp(x) = 2^n exp(r)``, to a few units of round-off.
 
     r is within half of ln 2, and its series to r^13 has all digits.
     """

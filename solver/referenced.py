@@ -63,6 +63,11 @@ def passed(kind: Any) -> Any:
 _reference = cache(Reference)
 
 
+def type_of(value: Any) -> Any:
+    """Give the type by which kernels are given a value."""
+    return passed(_typeof(value))
+
+
 @register_model(Reference)
 class _Model(models.PrimitiveModel):
     def __init__(self, manager: Any, kind: Any) -> None:
@@ -139,18 +144,15 @@ class Referenced:
         known = _dispatcher.compute_fingerprint(values)
         kind = self._types.get(known)
         if kind is None:
-            kind = self._types[known] = passed(_typeof(values))
+            kind = self._types[known] = type_of(values)
         if not isinstance(kind, Reference):
             raise TypeError(f"{type(values).__name__} is not declared to be given by reference")
         self.values, self._numba_type_ = values, kind
         layout = _layout(kind.of)
         self._memory = np.empty(layout.size // _WORD, dtype=np.int64)
-        self._words: list[list[Any]]
-        kept: tuple[Any, ...] = (None,) * len(values) if before is None else before.values
-        self._words = [
-            before._words[n] if before is not None and each is kept[n] else _words((each,))
-            for n, each in enumerate(values)
-        ]
+        # the same object has the same words
+        same = {} if before is None else dict(zip(map(id, before.values), before._words, strict=True))
+        self._words: list[list[Any]] = [same.get(id(each)) or _words((each,)) for each in values]
         layout.pack_into(self._memory.data, 0, *chain.from_iterable(self._words))
         self.address: int = self._memory.ctypes.data
 
@@ -189,9 +191,8 @@ def _words(values: Any) -> list[Any]:
     words: list[Any] = []
     for each in values:
         if isinstance(each, np.ndarray):
-            place = each.__array_interface__["data"][0]
             # references to arrays are not counted there: Python keeps them
-            words += (0, 0, each.size, each.itemsize, place, *each.shape, *each.strides)
+            words += (0, 0, each.size, each.itemsize, each.ctypes.data, *each.shape, *each.strides)
         elif isinstance(each, tuple):
             words += _words(each)
         else:

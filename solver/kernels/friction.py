@@ -137,14 +137,15 @@ def _(law: Uniform, h: float, load: float, pressure: float, time: float) -> floa
     return time * rest_stress(law, h, load, pressure)
 
 
-@slowed.of(Quadratic, Inertial)
+@slowed.of(Quadratic, BinghamProfile, Viscoplastic, Inertial)
 def _(
-    law: Quadratic | Inertial, u: float, v: float, h: float, load: float, pressure: float, time: float
+    law: Uniform, u: float, v: float, h: float, load: float, pressure: float, time: float
 ) -> tuple[float, float]:
-    # without a branch; what has stopped, and may be dry, is given a depth
+    # without a branch; what has stopped, and may be dry, has no share, and is given a speed and a depth
     speed, depth = math.sqrt(u * u + v * v), h if h > 0.0 else 1.0
-    share = share_left(law, speed, depth, load, pressure, time)
-    return u * share if speed > 0.0 else u, v * share if speed > 0.0 else v
+    moves = speed > 0.0
+    share = share_left(law, speed if moves else 1.0, depth, load, pressure, time)
+    return u * share if moves else u, v * share if moves else v
 
 
 @slowed.of(Hysteretic)

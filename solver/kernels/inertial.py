@@ -46,8 +46,7 @@ def _(law: Inertial, speed: float, h: float, pressure: float) -> float:
 def _(law: Inertial, speed: float, h: float, load: float, pressure: float, time: float) -> float:
     wave, braking = math.sqrt(pressure * h), time * pressure * load / h
     start = dynamic_friction(law, 0.0, h, wave)
-    # what has stopped has no share
-    share = dynamic_speed(law, speed + braking * start, h, wave, braking) / (speed if speed > 0.0 else 1.0)
+    share = dynamic_speed(law, speed + braking * start, h, wave, braking) / speed
     return share if share > 0.0 else 0.0
 
 

@@ -15,7 +15,7 @@ import math
 
 from solver.compiled import kernel
 from solver.elementary import exponential, logarithm
-from solver.kernels.resistance import loaded, resistance, rest_stress, share_left, slowed
+from solver.kernels.resistance import loaded, resistance, rest_stress, share_left
 from solver.physics.resistance import BinghamProfile, Viscoplastic
 
 # Change of the logarithm of e that no step exceeds.
@@ -173,19 +173,3 @@ def _(law: Viscoplastic, speed: float, h: float, load: float, pressure: float, t
     _, left = power_law(speed, time / h, law.yield_stress * loaded(h, load), h, law)
     share = left / speed
     return share if share < 1.0 else 1.0
-
-
-@slowed.of(BinghamProfile, Viscoplastic)
-def _(
-    law: BinghamProfile | Viscoplastic,
-    u: float,
-    v: float,
-    h: float,
-    load: float,
-    pressure: float,
-    time: float,
-) -> tuple[float, float]:
-    speed = math.sqrt(u * u + v * v)
-    share = share_left(law, speed, h, load, pressure, time)
-    # what has stopped has no share
-    return u * share if speed > 0.0 else u, v * share if speed > 0.0 else v

@@ -9,28 +9,19 @@ from solver.elementary import exponential, exponential_less_1, inverse_cube_root
 ROUND_OFF = np.finfo(float).eps
 
 
-@kernel(from_python=True, unaliased=True, cached=False)
-def inverse_cube_roots(x, found):
-    for i in range(len(x)):
-        found[i] = inverse_cube_root(x[i])
+def over(function):
+    """Compile a loop of it, in whole vectors."""
+
+    @kernel(from_python=True, unaliased=True, cached=False)
+    def fill(x, found):
+        for i in range(len(x)):
+            found[i] = function(x[i])
+
+    return fill
 
 
-@kernel(from_python=True, unaliased=True, cached=False)
-def exponentials_less_1(x, found):
-    for i in range(len(x)):
-        found[i] = exponential_less_1(x[i])
-
-
-@kernel(from_python=True, unaliased=True, cached=False)
-def exponentials(x, found):
-    for i in range(len(x)):
-        found[i] = exponential(x[i])
-
-
-@kernel(from_python=True, unaliased=True, cached=False)
-def logarithms(x, found):
-    for i in range(len(x)):
-        found[i] = logarithm(x[i])
+inverse_cube_roots, exponentials_less_1 = over(inverse_cube_root), over(exponential_less_1)
+exponentials, logarithms = over(exponential), over(logarithm)
 
 
 def of(function, x):

@@ -109,7 +109,7 @@ def test_the_depth_at_a_face_is_the_mean_of_both_sides_where_the_yield_stress_de
 @each_form
 def test_only_hysteresis_limits_the_step(law):
     raised = raised_rate(law, 0.1, 1.0, NORMAL, 1e-4)
-    assert (raised > 0.1) == (isinstance(law, Hysteretic))
+    assert (raised > 0.1) == isinstance(law, Hysteretic)
     assert raised_rate(law, 0.1, 1e-3, NORMAL, 1e-4) == 0.1
     assert raised_rate(law, 1e9, 1.0, NORMAL, 1e-4) == 1e9
 
