@@ -15,8 +15,8 @@ CFL = Parameter(
     advice="Leave it; a smaller number takes more time steps.",
 )
 WET_LIMIT = Parameter(
-    meaning="depth up to which a cell counts as dry and does not move, as part of the largest depth that is "
-    "released, held at a side or comes in",
+    meaning="depth up to which a cell counts as dry and moves beside a flow alone, as part of the largest "
+    "depth that is released, held at a side or comes in",
     above=0,
     below=1,
 )

@@ -105,7 +105,7 @@ def simulate(
         if erodes:
             entrained[k] = run.entrained
         if frames:
-            for field, values in zip(kept, run.state, strict=True):
+            for field, values in zip(kept, shown(run), strict=True):
                 if len(field):
                     field[k] = values
     wall, cpu = watch.wall, watch.cpu
@@ -144,6 +144,13 @@ def simulate(
         run.steepness * (deposit - eroded) if erodes else None,
         measured(run, failure is not None),
     )
+
+
+def shown(run: Run) -> tuple[Array, Array, Array]:
+    """Depth (m) and velocity (m s-1) of a frame: what is dry moves beside a flow, but is shown at rest."""
+    h, u, v = run.state
+    dry = np.abs(h) <= run.material.dry
+    return h, np.where(dry, 0.0, u), np.where(dry, 0.0, v)
 
 
 def measured(run: Run, failed: bool) -> SectionResult | None:

@@ -24,8 +24,9 @@ from solver.scene import Scene
 
 # Error of the ledger relative to what was released and came in.
 LEDGER = 1e-12
-# Speeds stay below this multiple of what first speed, waves and falling add up to.
-SPEED = 1.5
+# Speeds stay below this multiple of what first speed, waves and falling add up to, in cells deeper than that
+# multiple of the wet limit: what drains from a cell that is longer than its cliff falls there for ever.
+SPEED, DEEP = 1.5, 10.0
 # A step is at least this share of the one that this speed allows.
 STEP = 0.25
 # In a step energy may grow by this share of itself, times spacings per length of the release, and by this
@@ -184,7 +185,7 @@ class Laws:
         volume = self.released + came + state.entrained
         error = abs(self.total(state.h) - volume + left) / max(volume, 1e-300)
         of_bed = abs(self.total(state.eroded) - state.entrained) / max(volume, 1e-300)
-        wet = state.h > self.dry
+        wet = state.h > DEEP * self.dry
         speed = float(np.hypot(state.u[wet], state.v[wet]).max(initial=0.0))
         limit = self.speed_limit(state.time)
         through = float((state.ledger[:, 0] - state.ledger[:, 1]) @ self.at_sides)

@@ -14,11 +14,13 @@ from solver.kernels.earth_pressure import lean_of
 from solver.kernels.flow_axes import normal_pressure, sheared
 from solver.kernels.limiter import (
     AHEAD,
+    at_rear,
     face_state,
     largest_step,
     lead,
     least_shown,
     limited,
+    rear_step,
     steepness_of,
 )
 from solver.kernels.state import BELOW_YIELD, DEPTH, Fields, Sides, Status
@@ -342,6 +344,9 @@ def state_at_face(
     slower = -(n * n_step + t * t_step)
     share = (most_slower + 1e-300) / (slower + 1e-300) if slower > most_slower else 1.0
     depth_at_face = h + step_to_face(gap[0], h_beyond - h, part, steepness) + off[0]
+    depth_at_face = depth_at_face if depth_at_face < 2.0 * h else 2.0 * h
+    rear = at_rear(h, h_behind, h_beyond, sign * n, steepness)
+    depth_at_face = h + rear_step(h, h_beyond, part) if rear else depth_at_face
     at_face = depth_at_face, share * n_step, share * t_step
     behind = h_behind, n_behind, beta * h_behind
     least = least_shown(h, n, lead(n, n_behind, sign), beta * h_behind)

@@ -29,13 +29,26 @@ from solver.compiled import kernel
 from solver.kernels.boundary import account, stopped
 from solver.kernels.flow_axes import normal_pressure, sheared
 from solver.kernels.friction import law_at
-from solver.kernels.limiter import EMPTIED, afforded
+from solver.kernels.limiter import EMPTIED, SMALLEST, TOO_MUCH, afforded, mean_velocity
+from solver.kernels.runge_kutta import spare
 from solver.kernels.source_terms import acting_share, update_cell
-from solver.kernels.state import BELOW_YIELD, LANES, NO_SLIP, WALL, CloudBed, Fields, Material, Sides, Status
+from solver.kernels.state import (
+    BELOW_YIELD,
+    LANES,
+    NO_SLIP,
+    STILL,
+    WALL,
+    CloudBed,
+    Fields,
+    Material,
+    Sides,
+    Status,
+)
 from solver.points.voronoi import BUILDING
 
-# What holds less gives nothing: a share of it is lost in what keeps quotients finite, m3.
-NOTHING = 1e-280
+# A cell that loses more than this share of what it has may be left with less than half of its depth, and then
+# pressure acts on a part of it (`ease_pressure`).
+EASED = 0.49
 # Blocks taken at a time, so that their fluxes are still at hand when their cells are updated.
 SEGMENT = 64
 
@@ -80,13 +93,19 @@ def add_up(halves: Array, faces: Faces, start: int, stop: int, gain: Array) -> N
 
 
 @kernel()
-def outflow_exceeds(h: Array, lost: Array, area: Array, start: int, stop: int, dt: float) -> bool:
-    """Whether the positivity limiter has to act on some cell of a run.
+def outflow_exceeds(
+    h: Array, begun: Array, beside: float, lost: Array, area: Array, start: int, stop: int, dt: float
+) -> bool:
+    """Whether some cell of a run would lose more than the share EASED of what it has.
 
     Parameters
     ----------
-    h, lost, area : arrays
-        Depth (m), volume that leaves each cell (m3 s-1), area (m2).
+    h, begun : arrays
+        Depth in this stage and at the start of the step, m.
+    beside : float
+        From `solver.kernels.runge_kutta.spare`.
+    lost, area : arrays
+        Volume that leaves each cell (m3 s-1), area (m2).
     start, stop : int
         The cells.
     dt : float
@@ -95,13 +114,58 @@ def outflow_exceeds(h: Array, lost: Array, area: Array, start: int, stop: int, d
     count = 0
     for k in range(start, stop):
         i = np.uint64(k)
-        count |= 1 if lost[i] * dt > EMPTIED * h[i] * area[i] else 0
+        count |= 1 if lost[i] * dt > EASED * (h[i] + beside * begun[i]) * area[i] else 0
     return count > 0
+
+
+@kernel(inline=True)
+def push_on(status: Status, faces: Faces, pressed: Array, f: int, on_left: bool) -> tuple[float, float]:
+    """Find what pressure at face f gives the cell on one side of it, along x and y in its frame, m4 s-2."""
+    cell = int(faces.left[f]) if on_left else int(faces.right[f])
+    push = -faces.geometry[6, f] * pressed[f] if on_left else faces.geometry[6, f] * pressed[f]
+    push = 0.0 if status.static[cell] == BELOW_YIELD else push
+    left, right = own_normals(faces.far, f, faces.geometry[0, f], faces.geometry[1, f])
+    n_x, n_y = left if on_left else right
+    x, y = sheared(status.beta_xy, cell, push * n_x, push * n_y)
+    return push * n_x * status.beta_x[cell] + x, push * n_y * status.beta_y[cell] + y
+
+
+@kernel()
+def ease_pressure(
+    begun: Fields,
+    now: Fields,
+    beside: float,
+    status: Status,
+    faces: Faces,
+    area: Array,
+    start: int,
+    stop: int,
+    dt: float,
+    buffers: CloudBuffers,
+) -> None:
+    """Let pressure act on the share of cells of a run that gravity acts on (`acting_share`).
+
+    Parameters are those of `limit_outflow`, by which all that passes is known.
+    """
+    gain = buffers.gain
+    for i in range(start, stop):
+        h = now.h[i]
+        acting = acting_share(h, h + dt * (gain[0, i] / area[i]) + beside * begun.h[i])
+        if acting == 1.0:
+            continue
+        for m in range(faces.number[i]):
+            half = half_of(faces, i, m)
+            f, _, _ = beyond(faces, half)
+            x, y = push_on(status, faces, buffers.pressed, f, half == f)
+            gain[1, i] -= (1.0 - acting) * x
+            gain[2, i] -= (1.0 - acting) * y
 
 
 @kernel()
 def limit_outflow(
+    begun: Fields,
     now: Fields,
+    beside: float,
     status: Status,
     faces: Faces,
     area: Array,
@@ -116,6 +180,10 @@ def limit_outflow(
 
     Parameters
     ----------
+    begun, now : Fields
+        State at the start of the step and of this stage.
+    beside : float
+        From `solver.kernels.runge_kutta.spare`.
     area : (cells,) array
         Of the control volumes, m2.
     start, stop : int
@@ -125,42 +193,27 @@ def limit_outflow(
     """
     halves, n = buffers.halves, faces.faces
     for i in range(start, stop):
-        lost = buffers.gain[3, i] * dt / (now.h[i] * area[i] + 1e-300)
+        volume = (now.h[i] + beside * begun.h[i]) * area[i]
+        lost = buffers.gain[3, i] * dt / volume if volume > SMALLEST else TOO_MUCH
+        if lost > EASED:
+            buffers.limited[i // LANES] = 1.0
         if lost <= EMPTIED:
             continue
+        u, v = mean_velocity(begun, now, beside, i)
         for m in range(faces.number[i]):
             half = half_of(faces, i, m)
             f, j, _ = beyond(faces, half)
             if halves[0, half] >= 0.0:
                 continue
-            buffers.limited[i // LANES] = 1.0
             if j < faces.cells:
                 buffers.limited[j // LANES] = 1.0
-            mass, out_x, out_y = -halves[0, half], 0.0, 0.0
-            push_left, push_right = (0.0, 0.0), (0.0, 0.0)
+            mass = -halves[0, half]
             normal = faces.geometry[0, f], faces.geometry[1, f]
-            for side in range(2):
-                q, cell = (f, int(faces.left[f])) if side == 0 else (f + n, int(faces.right[f]))
-                pressed = (2 * side - 1) * faces.geometry[6, f] * buffers.pressed[f]
-                if status.static[cell] == BELOW_YIELD:
-                    pressed = 0.0
-                left, right = own_normals(faces.far, f, *normal)
-                l_x, l_y = (
-                    (pressed * left[0], pressed * left[1])
-                    if side == 0
-                    else (pressed * right[0], pressed * right[1])
-                )
-                x, y = sheared(status.beta_xy, cell, l_x, l_y)
-                push = l_x * status.beta_x[cell] + x, l_y * status.beta_y[cell] + y
-                if side == 0:
-                    push_left = push
-                else:
-                    push_right = push
-                if q == half:
-                    out_x, out_y = push[0] - halves[1, q], push[1] - halves[2, q]
-            mass, out_x, out_y = afforded((mass, out_x, out_y), lost, now.u[i], now.v[i])
-            if now.h[i] * area[i] < NOTHING:
-                mass = out_x = out_y = 0.0
+            push_left = push_on(status, faces, buffers.pressed, f, True)
+            push_right = push_on(status, faces, buffers.pressed, f, False)
+            push = push_left if half == f else push_right
+            out_x, out_y = push[0] - halves[1, half], push[1] - halves[2, half]
+            mass, out_x, out_y = afforded((mass, out_x, out_y), lost, u, v)
             # what leaves this cell is what comes to the other
             for side in range(2):
                 q = f + side * n
@@ -243,11 +296,12 @@ def update_run(
     gain
         (4, cells) array, sums over the faces of a cell, pressure among them, as of `CloudBuffers`.
     """
+    beside = spare(part)
     for k in range(first, last):
         i = np.uint64(k)
         h, over = now.h[i], 1.0 / area[i]
         transport = gain[0, i] * over, gain[1, i] * over, gain[2, i] * over
-        load = h * acting_share(h, h + dt * transport[0])
+        load = h * acting_share(h, h + dt * transport[0] + beside * start.h[i])
         free, u, v = 0.0 if status.static[i] == BELOW_YIELD else 1.0, now.u[i], now.v[i]
         out.h[i], out.u[i], out.v[i] = update_cell(
             (start.h[i], start.u[i], start.v[i]),
@@ -260,6 +314,7 @@ def update_run(
             dt,
             law_at(material.law, i),
             material.dry,
+            STILL * material.dry,
         )
 
 
@@ -285,7 +340,7 @@ def cloud_stage(
     """
     start, status, bed, material, sides = arrays.now, arrays.status, arrays.bed, arrays.material, arrays.sides
     area, faces, gradient = arrays.area, arrays.faces, arrays.gradient
-    activity, buffers = arrays.activity, arrays.buffers
+    activity, buffers, beside = arrays.activity, arrays.buffers, spare(part)
     inflows, doors = arrays.inflows, arrays.doors
     first, first_side, runs = faces.first, faces.first_side, activity.stepped_runs
     if not sloped:
@@ -312,14 +367,14 @@ def cloud_stage(
             while at < activity.counts[0] and runs[at, 0] < b * LANES:
                 one, two = max(runs[at, 0], a * LANES), min(runs[at, 1], b * LANES)
                 add_up(buffers.halves, faces, one, two, buffers.gain)
-                limited |= outflow_exceeds(now.h, buffers.gain[3], area, one, two, dt)
+                limited |= outflow_exceeds(now.h, start.h, beside, buffers.gain[3], area, one, two, dt)
                 update_run(start, now, out, status, bed, material, area, buffers.gain, one, two, part, dt)
                 if runs[at, 1] > b * LANES:
                     break
                 at += 1
     if limited:
         for r in range(activity.counts[0]):
-            limit_outflow(now, status, faces, area, runs[r, 0], runs[r, 1], dt, buffers)
+            limit_outflow(start, now, beside, status, faces, area, runs[r, 0], runs[r, 1], dt, buffers)
     for e in range(len(doors.face)):
         # such cells are stepped; of others what is at hand is of steps before
         if inflows.flowing[inflows.section[e]] > 0.0:
@@ -330,6 +385,7 @@ def cloud_stage(
             if buffers.limited[block] > 0.0:
                 one, two = block * LANES, (block + 1) * LANES
                 add_up(buffers.halves, faces, one, two, buffers.gain)
+                ease_pressure(start, now, beside, status, faces, area, one, two, dt, buffers)
                 if len(doors.face) > 0:
                     admit_into(inflows, doors, block, now, status, faces, buffers, dt)
                 update_run(start, now, out, status, bed, material, area, buffers.gain, one, two, part, dt)

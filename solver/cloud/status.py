@@ -31,6 +31,9 @@ from solver.kernels.state import (
     Material,
     Sides,
     Status,
+    may_flow,
+    share_of_speed,
+    square_above,
 )
 from solver.points.voronoi import ControlVolumes
 
@@ -163,7 +166,8 @@ def set_status(
             i,
         )
         status.beta_x[i], status.beta_y[i] = b_x, b_y
-        status.static[i] = 0.0 if wet else DRY
+        may = may_flow(h, u, v, material.dry)
+        status.static[i] = 0.0 if may else DRY
         # around is 0 where there is no cell
         wave = (w_x * wave_x + w_y * wave_y) / (around + 1e-300)
         b_mean = mean_pressure(status.beta_xy, i, b_x, b_y, m_x, m_xy)
@@ -173,7 +177,24 @@ def set_status(
         carried = mean if mean < most else most
         leaving = raised_by_fall(carried + waves, carried, bed.falling[i])
         leaving = raised_rate(law_at(material.law, i), leaving, h, normal, material.dry)
-        rate[i] = leaving if wet else 0.0
+        rate[i] = leaving if may else 0.0
+
+
+@kernel()
+def bound_films(arrays: CloudArrays, start: int, stop: int) -> None:
+    """Bound the speed of the dry cells of a run by that of deeper ones beside them, as on a lattice."""
+    now, faces, dry = arrays.now, arrays.faces, arrays.material.dry
+    for i in range(start, stop):
+        if now.h[i] > dry or (now.u[i] == 0.0 and now.v[i] == 0.0):
+            continue
+        most = 0.0
+        for m in range(faces.number[i]):
+            _, j, _ = beyond(faces, half_of(faces, i, m))
+            most = max(most, square_above(now.h[j], now.u[j], now.v[j], dry))
+        share = share_of_speed(now.u[i], now.v[i], most)
+        u, v = share * now.u[i], share * now.v[i]
+        for state in (now, arrays.first_stage, arrays.second_stage):
+            state.u[i], state.v[i] = u, v
 
 
 @kernel()
@@ -273,6 +294,7 @@ def classify_cloud(arrays: CloudArrays) -> float:
         start, stop = activity.sloped_runs[r]
         first, last = faces.first_side[start // LANES], faces.first_side[stop // LANES]
         fill_ghosts_beyond(now, status, faces, sides, first, last)
+        bound_films(arrays, start, stop)
         slopes_at(now, arrays.gradient, start, stop, material.dry, slopes)
         find_most_slower(now, bed.normal, start, stop, slopes)
         forget_above(now, arrays.gradient, arrays.doors, start, stop, material.dry, slopes)

@@ -49,7 +49,7 @@ def erode(arrays: CloudArrays, state: Fields, dt: float) -> None:
     bed, erosion = arrays.bed, arrays.erosion
     for start, stop in arrays.activity.stepped_runs[: arrays.activity.counts[0]]:
         for i in range(start, stop):
-            if arrays.status.static[i] != 0.0:
+            if arrays.status.static[i] != 0.0 or state.h[i] <= arrays.material.dry:
                 continue
             u, v = state.u[i], state.v[i]
             normal, curvature = loading(bed.lift, bed.normal[i], bed.curvature[i], i, u, v)

@@ -178,6 +178,7 @@ def update(
             part,
             dt,
             law_at(material.law, i),
+            -math.inf,
             material.dry,
         )
         q.h[i], q.hu[i], q.hv[i] = h, h * u, h * v

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 
 from solver.compiled import kernel
-from solver.kernels.state import RETAINED
+from solver.kernels.state import RETAINED, Fields
 
 # The shape functions of eq. 23 at the far face of the middle of three cells, degree 2, from cell means.
 BEHIND, MIDDLE, AHEAD = -1 / 6, 5 / 6, 1 / 3
@@ -21,8 +21,15 @@ ALL = 1.9
 LEAST = 0.1
 # Square of the share of its velocity by which a cell is not told from what lies behind it.
 ALIKE = 1e-8
-# A cell that would lose more than this share of its depth in a stage runs dry (`afforded`).
+# A cell with at most this share of its depth behind it and this multiple ahead is at a rear (`at_rear`).
+REAR_BEHIND, REAR_AHEAD = 0.5, 1.5
+# It shows this multiple of its depth at most where it leaves: what empties it in a step.
+REAR_MOST = 4.0
+# A cell that would lose more than this share of what it has in a stage runs dry (`afforded`).
 EMPTIED = 0.75
+# What has no more than that, m or m3, gives nothing: what were left of it would be less than numbers hold. It
+# is said to lose so many times what it has.
+SMALLEST, TOO_MUCH = 1e-280, 1e300
 
 
 @kernel(inline=True)
@@ -58,6 +65,35 @@ def limited(wanted: float, most: float, ahead: float) -> float:
         Difference to the neighbour beyond the face, whose sign the step has.
     """
     return math.copysign(wanted if wanted < most else most, ahead)
+
+
+@kernel(inline=True)
+def at_rear(h: float, behind: float, ahead: float, n: float, steepness: float) -> bool:
+    """Whether a cell is where a flow ends behind, and moves away from there.
+
+    There depth is next to linear from the edge on, which stands within the cell or the one behind it. The
+    limiter would show once the difference to the cell behind at most, and a cell that is full in part only
+    would keep what leaves it in truth: the rear of a flow would be drawn out to a tail. The value on the line
+    to the cell ahead is of second order (`rear_step`).
+
+    Parameters
+    ----------
+    h, behind, ahead : float
+        Depth of the cell, of what is behind it, and of what it moves to, m.
+    n : float
+        Its velocity toward the latter, m s-1.
+    steepness : float
+        From `steepness_of`: what is being stopped runs into what is ahead.
+    """
+    edge = (behind <= REAR_BEHIND * h) & (ahead > REAR_AHEAD * h)
+    return edge & (n > 0.0) & (steepness > 1.0)
+
+
+@kernel(inline=True)
+def rear_step(h: float, ahead: float, part: float) -> float:
+    """Step of depth at a rear to a part of the way to the cell ahead, m, as of `at_rear`."""
+    step, most = part * (ahead - h), (REAR_MOST - 1.0) * h
+    return step if step < most else most
 
 
 @kernel(inline=True)
@@ -141,13 +177,12 @@ def face_state(
     A velocity is the mean over the mass of a cell. Of one that has twice its mean depth at a face, all is
     there, and leaves with this mean: if it left slower, the rest, ever thinner, would be ever faster. Where a
     cell moves to it has LEAST of its depth at least, and up to all of it where it has come off what lies
-    behind (`least_shown`). Depth stays between zero and twice the mean.
+    behind (`least_shown`).
 
     A cell beside a dry one has no depth at the face between before it holds the share FRONT of what lies
-    behind: a front would run ahead as a film otherwise, and most of the error of a flow is in the few cells
-    along its front. What lies behind has to follow, and the cell may be faster than it by no more than a
-    front is, 2 c: what has come off a heap at rest would stay for ever otherwise, and fall without going
-    anywhere.
+    behind: a front would run ahead as a film otherwise. What lies behind has to follow, and the cell may be
+    faster than it by no more than a front is, 2 c: what has come off a heap at rest would stay for ever
+    otherwise, and fall without going anywhere.
 
     Parameters
     ----------
@@ -173,11 +208,19 @@ def face_state(
     led = (sign * n <= 0.0) | ((sign * n_behind > 0.0) & (lead(n, n_behind, sign) <= 4.0 * wave))
     least = least if sign * n > 0.0 else 0.0
     depth = depth if depth > least else least
-    depth = depth if depth < 2.0 * h else 2.0 * h
     hidden = (h_beyond <= dry) & (h < FRONT * h_behind) & led
     # what is all at the face that it leaves through leaves with the velocity of all
     all_there = (depth > ALL * h) & (sign * (n + n_step) > 0.0)
     return 0.0 if hidden else depth, n if all_there else n + n_step, t if all_there else t + t_step
+
+
+@kernel(inline=True)
+def mean_velocity(start: Fields, now: Fields, spare: float, cell: int) -> tuple[float, float]:
+    """Velocity of all that a cell can give in a stage, m s-1."""
+    had, kept = now.h[cell], spare * start.h[cell]
+    over = 1.0 / (had + kept + 1e-300)
+    u, v = had * now.u[cell] + kept * start.u[cell], had * now.v[cell] + kept * start.v[cell]
+    return over * u, over * v
 
 
 @kernel(inline=True)
@@ -193,13 +236,15 @@ def afforded(flux: tuple[float, float, float], lost: float, n: float, t: float) 
     flux : tuple
         Of mass and of normal and tangential momentum, out of the cell; that of mass is not 0.
     lost : float
-        Share of its depth that the cell would lose in this stage through all faces.
+        Share of what it has that the cell would lose in this stage through all faces.
     n, t : float
-        Mean velocity of the cell, normal to the face and along it, m s-1.
+        Velocity of all that it has (`mean_velocity`), normal to the face and along it, m s-1.
     """
     mass, normal, tangential = flux
     if lost <= EMPTIED:
         return mass, normal, tangential
+    if lost >= TOO_MUCH:
+        return 0.0, 0.0, 0.0
     part = lost if lost < 1.0 - RETAINED else 1.0 - RETAINED
     more = (abs(n) + abs(t)) * (1.0 - part) / part
     normal, tangential = normal / mass, tangential / mass

@@ -58,7 +58,7 @@ def record_run(
         square = now.u[i] * now.u[i] + now.v[i] * now.v[i]
         flux = h * square
         bad |= 1 if flux - flux != 0.0 else 0
-        square = square if h > dry else 0.0
+        square, flux = square if h > dry else 0.0, flux if h > dry else 0.0
         record.depth[o] = h if h > record.depth[o] else record.depth[o]
         record.speed_squared[o] = square if square > record.speed_squared[o] else record.speed_squared[o]
         record.momentum_flux[o] = flux if flux > record.momentum_flux[o] else record.momentum_flux[o]

@@ -127,6 +127,15 @@ def raised_by_fall(rate: float, carried: float, falling: float) -> float:
     return fallen if fallen > rate else rate
 
 
+@kernel(inline=True)
+def spare(part: float) -> float:
+    """Share of the state at the start of a step that a stage can give away beside its own, by its weight.
+
+    The stage ends with ``part`` times what it has, which is ``U_1 + spare U_0``, less what has left.
+    """
+    return 1.0 / part - 1.0
+
+
 @kernel()
 def share_of_step(parts: tuple[float, ...], k: int) -> float:
     """Weight of the k-th stage's fluxes in the whole step."""

@@ -50,6 +50,7 @@ def update_cell(
     dt: float,
     law: Uniform,
     dry: float,
+    still: float,
 ) -> Cell:
     """Take one stage: ``U = U_0 + part (U_1 - U_0 + dt L(U_1))``, then friction over ``part dt``.
 
@@ -77,7 +78,10 @@ def update_cell(
     law : named tuple
         Of basal friction.
     dry : float
-        Depth up to which a cell counts as dry, m.
+        Depth up to which a cell counts as dry, m. A film keeps its velocity, unless most of it came in this
+        stage: what pressure gives it, and what is left of what came and went, is divided by next to nothing.
+    still : float
+        Depth up to which nothing moves, m.
 
     Returns
     -------
@@ -90,11 +94,13 @@ def update_cell(
     h = h_0 + part * ((h_1 - h_0) + dt * transport[0])
     hu += part * ((h_1 * u_1 - hu) + dt * (transport[1] + drive[0]))
     hv += part * ((h_1 * v_1 - hv) + dt * (transport[2] + drive[1]))
+    ran_dry = (h <= dry) & (dt * transport[0] <= h_1)
+    hu, hv = h * u_1 if ran_dry else hu, h * v_1 if ran_dry else hv
     normal, curvature = bed
     pressure = normal + curvature * (u_1 * u_1)
     pressure = pressure if pressure > 0.0 else 0.0
     time = part * dt
-    per_depth = velocity_left(hu, hv, h, held_momentum(law, h, load, pressure, time), normal, dry)
+    per_depth = velocity_left(hu, hv, h, held_momentum(law, h, load, pressure, time), normal, still)
     u, v = component(hu, hv) * per_depth, component(hv, hu) * per_depth
     u, v = slowed(law, u, v, h, load, pressure, time)
     return h, u, v
@@ -107,10 +113,10 @@ def component(q: float, other: float) -> float:
 
 
 @kernel(inline=True)
-def velocity_left(hu: float, hv: float, h: float, brake: float, normal: float, dry: float) -> float:
+def velocity_left(hu: float, hv: float, h: float, brake: float, normal: float, still: float) -> float:
     """Velocity that friction at rest leaves, per unit of momentum, m-1.
 
-    0 for what it stops, for what is dry, and for what is next to nothing beside the speed of waves.
+    0 for what it stops, what is too thin to move, and what is next to nothing beside the speed of waves.
 
     Parameters
     ----------
@@ -120,11 +126,11 @@ def velocity_left(hu: float, hv: float, h: float, brake: float, normal: float, d
         Momentum that friction takes at most, m2 s-1.
     normal : float
         g cos(xi), m s-2.
-    dry : float
-        Depth up to which a cell counts as dry, m.
+    still : float
+        Depth up to which nothing moves, m.
     """
     square = hu * hu + hv * hv
     size, least = math.sqrt(square), NOTHING * NOTHING * (normal * (h * h * h))
     per_depth = (size - brake) / (size * h + 1e-300)
-    moves = (size > brake * YIELD_TOLERANCE) & (square > least) & (h > dry)
+    moves = (size > brake * YIELD_TOLERANCE) & (square > least) & (h > still)
     return per_depth if moves else 0.0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -18,6 +19,9 @@ RETAINED = 1e-12
 
 # Round-off allowed where a drive exactly at the friction limit is below yield (slope = friction angle).
 YIELD_TOLERANCE = 1.0 + 1e-12
+
+# What has no more than this share of the depth up to which cells count as dry never moves.
+STILL = 1e-4
 
 # Why a cell is static: it is dry, or at rest and below the yield limit of friction.
 DRY, BELOW_YIELD = 1.0, 2.0
@@ -212,6 +216,36 @@ class CloudBed(NamedTuple):
     curvature: Array
     falling: Array
     lift: Lift | None = None
+
+
+@kernel(inline=True)
+def may_flow(h: float, u: float, v: float, dry: float) -> bool:
+    """Whether a cell is not dry, or a film that moves beside a flow (`share_of_speed`)."""
+    return (h > dry) | (u != 0.0) | (v != 0.0)
+
+
+@kernel(inline=True)
+def square_above(h: float, u: float, v: float, dry: float) -> float:
+    """Square of the speed of a cell that is not dry, m2 s-2; 0 of a dry one."""
+    return u * u + v * v if h > dry else 0.0
+
+
+@kernel()
+def share_of_speed(u: float, v: float, most: float) -> float:
+    """Share of its velocity that a film keeps: it is as fast as a deeper cell beside it at most.
+
+    Parameters
+    ----------
+    u, v : float
+        Velocity of the film, m s-1.
+    most : float
+        Largest square of the speed of the cells beside it, from `square_above`, m2 s-2.
+    """
+    square = u * u + v * v
+    if most == 0.0:
+        return 0.0
+    # what is bound once stays as it is: a window that has to grow finds the state of a step twice
+    return math.sqrt(most / square) if square > most * YIELD_TOLERANCE else 1.0
 
 
 @kernel()

@@ -1,4 +1,7 @@
-"""What a row of cells can afford to give: the positivity limiter on a lattice and on a surface."""
+"""What a row of cells can afford to give: the positivity limiter on a lattice and on a surface.
+
+What a cell has in a stage is its depth in it, and of its depth at the start of the step what the stage keeps.
+"""
 
 from __future__ import annotations
 
@@ -6,8 +9,8 @@ import numpy as np
 
 from solver.arrays import Array, Indices
 from solver.compiled import kernel
-from solver.kernels.limiter import EMPTIED, afforded
-from solver.kernels.state import Fluxes, Grid
+from solver.kernels.limiter import EMPTIED, SMALLEST, TOO_MUCH, afforded, mean_velocity
+from solver.kernels.state import Fields, Fluxes, Grid
 
 # Length of each edge (m), and its conormal in the frame of the cell on its low side and on its high side.
 Frames = tuple[Array, Array, Array, Array, Array]
@@ -71,14 +74,24 @@ def outflow_exceeds(
 
 @kernel()
 def note_emptied(
-    h: Array, cell: int, column: int, count: int, lost: Array, row: int, emptied: Indices
+    h: Array,
+    start: Array,
+    spare: float,
+    cell: int,
+    column: int,
+    count: int,
+    lost: Array,
+    row: int,
+    emptied: Indices,
 ) -> None:
-    """Note which cells of a row run dry, and the shares of their depths that they would lose.
+    """Note which cells of a row run dry, and the shares that they would lose of what they have.
 
     Parameters
     ----------
-    h : flat array
-        Depth, m.
+    h, start : flat arrays
+        Depth in this stage and at the start of the step, m.
+    spare : float
+        From `solver.kernels.runge_kutta.spare`.
     cell, column, count : int
         Index of the first cell, its column, number of cells.
     lost : array
@@ -88,9 +101,9 @@ def note_emptied(
     """
     found = 0
     for k in range(count):
-        depth = h[cell + k]
+        depth = h[cell + k] + spare * start[cell + k]
         if lost[row + column + k] > EMPTIED * depth:
-            lost[row + column + k] /= depth + 1e-300
+            lost[row + column + k] = lost[row + column + k] / depth if depth > SMALLEST else TOO_MUCH
             found += 1
             emptied[row + found] = column + k
     emptied[row] = found
@@ -105,7 +118,7 @@ def limit_face(fluxes: Fluxes, face: int, share: float, n: float, t: float) -> N
     fluxes, face
         Fluxes, changed in place, and the index of the face.
     share : float
-        Of its depth that the cell would lose.
+        Of what the cell has that it would lose.
     n, t : float
         Its velocity along the direction and across it, m s-1.
     """
@@ -151,8 +164,9 @@ def limit_outflow(
     below: int,
     lost: Array,
     emptied: Indices,
-    u: Array,
-    v: Array,
+    start: Fields,
+    now: Fields,
+    spare: float,
     x_frames: Frames | None,
     y_frames: Frames | None,
     row: int,
@@ -171,8 +185,8 @@ def limit_outflow(
         Where the row, and the one before, begin in buffers.
     lost, emptied : array
         From `note_emptied`.
-    u, v : flat array
-        Velocity of the cells, m s-1.
+    start, now, spare
+        State at the start of the step and of this stage; as for `note_emptied`.
     x_frames, y_frames : Frames or None
         Of the edges of a surface, in each direction.
     row : int
@@ -185,20 +199,22 @@ def limit_outflow(
     for k in range(emptied[ring]):
         c = emptied[ring + 1 + k]
         i, share = row + c, lost[ring + c]
+        u, v = mean_velocity(start, now, spare, i)
         if x_fluxes.mass[ring + c] < 0.0:
-            n, t = through_x(x_frames, i - 1, True, u[i], v[i])
+            n, t = through_x(x_frames, i - 1, True, u, v)
             limit_face(x_fluxes, ring + c, share, n, t)
         if x_fluxes.mass[ring + c + 1] > 0.0:
-            n, t = through_x(x_frames, i, False, u[i], v[i])
+            n, t = through_x(x_frames, i, False, u, v)
             limit_face(x_fluxes, ring + c + 1, share, n, t)
         if y_fluxes.mass[below + c] < 0.0:
-            n, t = through_y(y_frames, i - stride, True, u[i], v[i])
+            n, t = through_y(y_frames, i - stride, True, u, v)
             limit_face(y_fluxes, below + c, share, n, t)
     if lowest:
         return
     for k in range(emptied[below]):
         c = emptied[below + 1 + k]
         i, share = row - stride + c, lost[below + c]
+        u, v = mean_velocity(start, now, spare, i)
         if y_fluxes.mass[below + c] > 0.0:
-            n, t = through_y(y_frames, i, False, u[i], v[i])
+            n, t = through_y(y_frames, i, False, u, v)
             limit_face(y_fluxes, below + c, share, n, t)

@@ -11,11 +11,13 @@ from solver.compiled import kernel
 from solver.kernels.limiter import (
     AHEAD,
     BEHIND,
+    at_rear,
     face_state,
     largest_step,
     lead,
     least_shown,
     limited,
+    rear_step,
     slips,
     steepness_of,
 )
@@ -82,6 +84,8 @@ def face_values(
         t_a, t_b = t_a if h_a > dry else t_i, t_b if h_b > dry else t_i
         steepness = steepness_of(behind, ahead, slips(here, (behind, t_b), (ahead, t_a)))
         h_low, h_high = steps_to_faces(h_i - h_b, h_a - h_i, steepness)
+        h_low = rear_step(h_i, h_b, 0.5) if at_rear(h_i, h_a, h_b, -here, steepness) else h_low
+        h_high = rear_step(h_i, h_a, 0.5) if at_rear(h_i, h_b, h_a, here, steepness) else h_high
         n_low, n_high = steps_to_faces(here - behind, ahead - here, steepness)
         t_low, t_high = steps_to_faces(t_i - t_b, t_a - t_i, 2.0)
         mean, wave_a, wave_b, n_a, n_b = (h_i, here, t_i), beta[a] * h_a, beta[b] * h_b, n[a], n[b]

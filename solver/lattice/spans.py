@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from solver.arrays import Array, Indices
 from solver.compiled import kernel
 from solver.kernels.runge_kutta import less_moving
-from solver.kernels.state import DEPTH, GHOSTS, LANES, Fields, Grid, Sides
+from solver.kernels.state import DEPTH, DRY, GHOSTS, LANES, Fields, Grid, Sides
 from solver.lattice.symmetry import images
 from solver.referenced import by_reference
 
@@ -42,20 +42,18 @@ def hull(spans: Indices, first: int, last: int) -> tuple[int, int]:
 
 
 @kernel()
-def trim(spans: Spans, j: int, h: Array, static: Array, dry: float, start: int) -> None:
+def trim(spans: Spans, j: int, static: Array, start: int) -> None:
     """Trim the wet span of row ``j``, which begins at index ``start``, and find the moving one within it.
 
     Parameters
     ----------
-    h, static : (cells,) arrays
-        Depth, m, and status; 0 where a cell moves.
-    dry : float
-        Depth up to which a cell counts as dry, m.
+    static : (cells,) array
+        Status; 0 where a cell moves.
     """
     lo, hi = spans.wet[0, j], spans.wet[1, j]
-    while lo < hi and h[start + lo] <= dry:
+    while lo < hi and static[start + lo] == DRY:
         lo += 1
-    while lo < hi and h[start + hi - 1] <= dry:
+    while lo < hi and static[start + hi - 1] == DRY:
         hi -= 1
     # an empty span is written in one way, whatever it was trimmed from
     lo, hi = (lo, hi) if lo < hi else (0, 0)

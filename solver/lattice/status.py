@@ -25,9 +25,47 @@ from solver.kernels.state import (
     Material,
     Sides,
     Status,
+    may_flow,
+    share_of_speed,
+    square_above,
 )
 from solver.lattice.ghosts import fill_ghosts
 from solver.lattice.spans import Spans, trim
+
+
+@kernel(unaliased=True)
+def bound_films(now: Fields, dry: float, stride: int, cell: int, count: int) -> None:
+    """Bound the speed of the dry cells of a run by that of deeper ones beside them: without one they stop.
+
+    Beside a flow a film moves on. If it stopped there, the flow would take it up at rest in the next step,
+    and be braked by it: along its sides in every step, the more the finer the lattice.
+
+    Parameters
+    ----------
+    now : Fields
+        The state, of which the velocity is changed.
+    dry : float
+        Depth up to which a cell counts as dry, m.
+    stride : int
+        Distance to the next row.
+    cell, count : int
+        Index of the first cell, number of cells.
+    """
+    h, u, v = now
+    films = 0
+    for k in range(count):
+        at = np.uint64(cell) + np.uint64(k)
+        films |= 1 if (h[at] <= dry) & ((u[at] != 0.0) | (v[at] != 0.0)) else 0
+    if films == 0:
+        return
+    for i in range(cell, cell + count):
+        if h[i] > dry or (u[i] == 0.0 and v[i] == 0.0):
+            continue
+        most = 0.0
+        for j in (i - 1, i + 1, i - stride, i + stride):
+            most = max(most, square_above(h[j], u[j], v[j], dry))
+        share = share_of_speed(u[i], v[i], most)
+        u[i], v[i] = share * u[i], share * v[i]
 
 
 @kernel(unaliased=True)
@@ -56,7 +94,7 @@ def fix_pressure(
         this = (abs(u[i]) + math.sqrt(b_x * h[i])) * over_x + (abs(v[i]) + math.sqrt(b_y * h[i])) * over_y
         this = raised_by_fall(this, abs(u[i]) * over_x + abs(v[i]) * over_y, bed.falling[c])
         this = raised_rate(law_at(material.law, i), this, h[i], bed.normal[c], dry)
-        this = this if h[i] > dry else 0.0
+        this = this if may_flow(h[i], u[i], v[i], dry) else 0.0
         rate[c] = this if this > rate[c] else rate[c]
 
 
@@ -104,7 +142,7 @@ def choose_pressure(
         this += (abs(v_i) + wave_speed(wave_y, b_y, h[i])) * over_y
         this = raised_by_fall(this, abs(u_i) * over_x + abs(v_i) * over_y, bed.falling[c])
         this = raised_rate(law_at(material.law, i), this, h[i], bed.normal[c], dry)
-        this = this if wet else 0.0
+        this = this if may_flow(h[i], u_i, v_i, dry) else 0.0
         rate[c] = this if this > rate[c] else rate[c]
 
 
@@ -122,9 +160,9 @@ def classify_run(
 ) -> None:
     """Set earth pressure and status of a run of cells, and raise the wave rate of their columns.
 
-    A cell is static if it is dry, or at rest with ``|(beta_x h_x - g sin xi, beta_y h_y)|`` at most
-    ``R(0, h)``, of dry friction ``g cos xi tan delta``, at each of its faces: were it asked of the whole cell
-    alone, a spike one cell wide would stand.
+    A cell is static if it is dry and no film that moves, or at rest with
+    ``|(beta_x h_x - g sin xi, beta_y h_y)|`` at most ``R(0, h)``, of dry friction ``g cos xi tan delta``, at
+    each of its faces: were it asked of the whole cell alone, a spike one cell wide would stand.
 
     Parameters
     ----------
@@ -149,7 +187,7 @@ def classify_run(
         rests = u[i] * u[i] + v[i] * v[i] == 0.0
         rests &= faces_below_yield(law_at(material.law, i), back, forth, h[i], behind, ahead, bed.normal[c])
         static = BELOW_YIELD if rests else 0.0
-        status.static[i] = static if h[i] > dry else DRY
+        status.static[i] = static if may_flow(h[i], u[i], v[i], dry) else DRY
     hold_along_flow(status.beta_xy, now, status, bed, material, grid, cell, column, count)
 
 
@@ -233,7 +271,7 @@ def choose_along_flow(
         this += (abs(v_i) + wave_speed(wave_y, b_y, h_i)) * over_y
         this = raised_by_fall(this, abs(u_i) * over_x + abs(v_i) * over_y, bed.falling[c])
         this = raised_rate(law_at(material.law, i), this, h_i, normal, dry)
-        this = this if wet else 0.0
+        this = this if may_flow(h_i, u_i, v_i, dry) else 0.0
         rate[c] = this if this > rate[c] else rate[c]
 
 
@@ -300,6 +338,7 @@ def classify(
         spans.moving[0, j] = spans.moving[1, j] = 0
         if lo >= hi:
             continue
+        bound_films(now, material.dry, m, j * m + lo, hi - lo)
         classify_run(now, status, bed, material, grid, spans.rate, j * m + lo, lo, hi - lo)
         if lo == GHOSTS:
             copy_status(status, j * m + lo - 1, j * m + lo, ONE)
@@ -309,7 +348,7 @@ def classify(
             copy_status(status, (GHOSTS - 1) * m + lo, j * m + lo, hi - lo)
         if j == grid.rows - GHOSTS - 1:
             copy_status(status, (j + 1) * m + lo, j * m + lo, hi - lo)
-        trim(spans, j, now.h, static, material.dry, j * m)
+        trim(spans, j, static, j * m)
     rate: float = driven_rate(now.h, status, bed, material, sides, grid)
     for c in range(m):
         rate = max(rate, spans.rate[c])

@@ -63,14 +63,17 @@ def record_maxima(
 
 @kernel(fastmath=False)
 def erode(arrays: LatticeArrays, first: int, last: int, dt: float) -> None:
-    """Let the cells of some rows that were not static at the start of a step erode, over its length, s."""
+    """Let the cells of some rows erode that are wet and were not static at the start of a step.
+
+    ``dt`` is the length of the step, s.
+    """
     now, bed, erosion, spans, m = arrays.now, arrays.bed, arrays.erosion, arrays.spans, arrays.grid.stride
     area = arrays.grid.dx * arrays.grid.dy
     for j in range(first, last + 1):
         gained = 0.0
         for c in range(spans.stepped[0, j], spans.stepped[1, j]):
             i = j * m + c
-            if arrays.status.static[i] != 0.0:
+            if arrays.status.static[i] != 0.0 or now.h[i] <= arrays.material.dry:
                 continue
             h, u, v, more = erode_cell(
                 erosion,

@@ -229,5 +229,5 @@ def classify_beside(
                 copy_status(status, i - m, i, ONE)
             if j == grid.rows - GHOSTS - 1:
                 copy_status(status, i + m, i, ONE)
-        trim(spans, j, now.h, status.static, material.dry, j * m)
+        trim(spans, j, status.static, j * m)
     return fastest

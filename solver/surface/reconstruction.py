@@ -9,7 +9,7 @@ import numpy as np
 
 from solver.arrays import Array
 from solver.compiled import kernel
-from solver.kernels.limiter import face_state, lead, least_shown, slips, steepness_of
+from solver.kernels.limiter import at_rear, face_state, lead, least_shown, rear_step, slips, steepness_of
 from solver.kernels.state import LANES, FaceValues
 from solver.lattice.reconstruction import steps_to_faces
 from solver.surface.levels import is_level, steps_of_surface, with_level
@@ -114,6 +114,8 @@ def edge_values(
             slow += 1 if (mean * mean < wave + 1e-300) & (h_i > 0.0) else 0
             out.c[o] = math.sqrt(wave)
             h_low, h_high = steps_to_faces(h_i - h_b, h_a - h_i, steepness)
+            h_low = rear_step(h_i, h_b, 0.5) if at_rear(h_i, h_a, h_b, -low_n, steepness) else h_low
+            h_high = rear_step(h_i, h_a, 0.5) if at_rear(h_i, h_b, h_a, high_n, steepness) else h_high
             n_low, n_high = steps_to_faces(back, forth, steepness)
             t_back = low_t - (t_b if h_b > dry else low_t)
             t_forth = (t_a if h_a > dry else high_t) - high_t

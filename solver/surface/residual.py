@@ -15,12 +15,12 @@ from solver.arrays import Array
 from solver.compiled import ONE, kernel
 from solver.kernels.friction import law_at
 from solver.kernels.riemann import hll
-from solver.kernels.runge_kutta import SSP_RK3, share_of_step
+from solver.kernels.runge_kutta import SSP_RK3, share_of_step, spare
 from solver.kernels.sections.admission import admit_next
 from solver.kernels.sections.inflow import close_to_backflow
 from solver.kernels.sections.measured import measure
 from solver.kernels.source_terms import acting_share, update_cell
-from solver.kernels.state import BELOW_YIELD, LANES, Fields, Fluxes, Material, whole
+from solver.kernels.state import BELOW_YIELD, LANES, STILL, Fields, Fluxes, Material, whole
 from solver.lattice.arrays import RING
 from solver.lattice.outflow import limit_outflow, note_emptied, outflow_exceeds
 from solver.lattice.residual import copy_row
@@ -73,7 +73,7 @@ def update_row(
     _, y_cl, y_sl, y_ch, y_sh = metric.y_edges
     x_mass, x_normal, x_tangential, x_pressure = x_fluxes
     y_mass, y_normal, y_tangential, y_pressure = y_fluxes
-    one, row = np.uint64(1), np.uint64(stride)
+    one, row, beside = np.uint64(1), np.uint64(stride), spare(part)
     for k in range(count):
         k_ = np.uint64(k)
         i, b = np.uint64(cell) + k_, np.uint64(begin) + k_
@@ -83,7 +83,7 @@ def update_row(
         per_area, g_n = metric.per_area[i], metric.g_n[i]
         h_1, u_1, v_1 = now.h[i], now.u[i], now.v[i]
         gain = ((x_mass[f_w] - x_mass[f_e]) + (y_mass[f_s] - y_mass[f_n])) * per_area
-        acting = acting_share(h_1, h_1 + dt * gain)
+        acting = acting_share(h_1, h_1 + dt * gain + beside * start.h[b])
         load, free = acting * h_1, 0.0 if static[i] == BELOW_YIELD else 1.0
         push = acting * (free * g_n)
         n_w, n_e, n_s, n_n = x_normal[f_w], x_normal[f_e], y_normal[f_s], y_normal[f_n]
@@ -124,6 +124,7 @@ def update_row(
             dt,
             law_at(material.law, i),
             material.dry,
+            STILL * material.dry,
         )
 
 
@@ -170,7 +171,7 @@ def sweep_row(
     levels, (along, across, x_fluxes, y_fluxes, lost, emptied, before) = arrays.levels, arrays.buffers
     h, u, v = now
     x, y = metric.x_edges, metric.y_edges
-    x_mass, y_mass = x_fluxes.mass, y_fluxes.mass
+    x_mass, y_mass, beside = x_fluxes.mass, y_fluxes.mass, spare(part)
     rows, even = place * RING * room, place * 2 * room
     ring, below = rows + (j % RING) * room, rows + ((j - 1) % RING) * room
     for k in range(j if j < first else j + 1, j + 2):
@@ -198,8 +199,9 @@ def sweep_row(
         cell = j * m + a - 1
         over = x_mass, ring + a, y_mass, below + a, ring + a, dt, grid, lost, ring + a
         if outflow_exceeds(h, metric.per_area, cell + 1, b - a, *over):
-            note_emptied(h, cell + 1, a, b - a, lost, ring, emptied)
-    limit_outflow(x_fluxes, y_fluxes, ring, below, lost, emptied, u, v, x, y, j * m, m, j < first)
+            note_emptied(h, start.h, beside, cell + 1, a, b - a, lost, ring, emptied)
+    limits = ring, below, lost, emptied, start, now, beside
+    limit_outflow(x_fluxes, y_fluxes, *limits, x, y, j * m, m, j < first)
     row = j - 1
     a, b = spans[0, row], spans[1, row]
     if measured and row >= first - 1:

@@ -8,8 +8,9 @@ from solver.arrays import Array
 from solver.compiled import kernel
 from solver.kernels.friction import below_yield, law_at, mean_drive, raised_rate
 from solver.kernels.runge_kutta import less_moving, raised_by_fall
-from solver.kernels.state import BELOW_YIELD, DRY, GHOSTS, Fields, Grid, Material
+from solver.kernels.state import BELOW_YIELD, DRY, GHOSTS, Fields, Grid, Material, may_flow
 from solver.lattice.spans import Spans, trim
+from solver.lattice.status import bound_films
 from solver.physics.resistance import Uniform
 from solver.surface.levels import slopes_by_level
 from solver.surface.metric import Metric
@@ -115,7 +116,7 @@ def classify_row(
         w, e, s, n = i - one, i + one, i - row, i + row
         h_i, g_n, law = h[i], metric.g_n[i], law_at(material.law, i)
         slope, gravity = (metric.p[i], metric.r[i], metric.q[i]), (metric.g_1[i], metric.g_2[i], g_n)
-        wet = h_i > dry
+        wet = may_flow(h_i, u[i], v[i], dry)
         back_x, forth_x = (h_i - h[w]) * over, (h[e] - h_i) * over
         back_y, forth_y = (h_i - h[s]) * over, (h[n] - h_i) * over
         h_w, h_e, h_s, h_n = 0.5 * (h_i + h[w]), 0.5 * (h_i + h[e]), 0.5 * (h_i + h[s]), 0.5 * (h_i + h[n])
@@ -196,9 +197,10 @@ def classify_surface(
         if lo >= hi:
             continue
         about = metric, material, grid, spans.rate
+        bound_films(now, material.dry, m, j * m + lo, hi - lo)
         classify_row(now, static, pressure, *about, j * m + lo, lo, hi - lo)
         hold_by_level(now, static, pressure, metric, material, grid, j * m + lo, hi - lo)
-        trim(spans, j, now.h, static, material.dry, j * m)
+        trim(spans, j, static, j * m)
     fastest = 0.0
     for c in range(m):
         fastest = max(fastest, spans.rate[c])

@@ -52,7 +52,7 @@ def erode(arrays: SurfaceArrays, first: int, last: int, dt: float) -> None:
     )
     for j in range(first, last + 1):
         for i in range(j * m + spans.stepped[0, j], j * m + spans.stepped[1, j]):
-            if arrays.static[i] != 0.0:
+            if arrays.static[i] != 0.0 or now.h[i] <= arrays.material.dry:
                 continue
             u, v = now.u[i], now.v[i]
             bend = metric.k_11[i] * (u * u) + metric.k_22[i] * (v * v) + 2.0 * metric.k_12[i] * (u * v)

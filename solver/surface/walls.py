@@ -149,5 +149,5 @@ def classify_edges_beside(
                 walls.images, static, pressure, metric, material, grid, spans.rate, i, i - j * m, ONE
             )
             fastest = max(fastest, spans.rate[i - j * m])
-        trim(spans, j, now.h, static, material.dry, j * m)
+        trim(spans, j, static, j * m)
     return fastest

@@ -293,15 +293,20 @@ def without_gravity(surface: Trough | Bowl, azimuth: float, spacing: float, layo
 
 
 def with_friction(
-    azimuth: float, spacing: float, depth: float = 0.02, layout: str = "lattice", start: float = -70.0
+    azimuth: float,
+    spacing: float,
+    depth: float = 0.02,
+    layout: str = "lattice",
+    start: float = -70.0,
+    end: float = 60.0,
 ) -> Arc:
-    """Let a thin patch slide from rest down a trough, with a bed friction of 20 degrees."""
-    held = {"start": start, "speed": 0.0, "friction": 20.0, "gravity": GRAVITY, "end": 60.0}
+    """Let a thin patch slide from rest down a trough, with a bed friction of 20 degrees, until ``end``, s."""
+    held = {"start": start, "speed": 0.0, "friction": 20.0, "gravity": GRAVITY, "end": end}
     return slide_on_arc(Trough(azimuth, RADIUS), azimuth, spacing, depth=depth, layout=layout, **held)
 
 
-def way_of_a_point(start: float = -70.0, friction: float = 20.0) -> float:
-    """Way of a point with Coulomb friction on the same arc until it stops, m."""
+def way_of_a_point(start: float = -70.0, friction: float = 20.0, end: float = 60.0) -> float:
+    """Way of a point with Coulomb friction on the same arc until it stops, or until ``end``, s; m."""
     rough, steep = np.tan(np.radians(friction)), GRAVITY / RADIUS
 
     def motion(_: float, state: Array) -> tuple[float, float]:
@@ -313,11 +318,11 @@ def way_of_a_point(start: float = -70.0, friction: float = 20.0) -> float:
 
     stops.terminal, stops.direction = True, -1  # type: ignore[attr-defined]
     first = (start / RADIUS, 1e-9)
-    angles = solve_ivp(motion, (0.0, 60.0), first, events=stops, rtol=1e-9).y[0]
+    angles = solve_ivp(motion, (0.0, end), first, events=stops, rtol=1e-9).y[0]
     return float(RADIUS * (angles[-1] - angles[0]))
 
 
-def way_of_points(start: float = -70.0, friction: float = 20.0) -> float:
+def way_of_points(start: float = -70.0, friction: float = 20.0, end: float = 60.0) -> float:
     """Mean way of points that lie as the patch does, each by itself, m.
 
     The patch is round in plan: more of it lies on the steep side of its middle, and goes farther.
@@ -325,7 +330,7 @@ def way_of_points(start: float = -70.0, friction: float = 20.0) -> float:
     arcs = start + np.linspace(-4.0, 4.0, 41) * BREADTH
     apart = RADIUS * (np.sin(arcs / RADIUS) - np.sin(start / RADIUS))
     held = np.exp(-((apart / BREADTH) ** 2))
-    ways = [way_of_a_point(float(arc), friction) for arc in arcs]
+    ways = [way_of_a_point(float(arc), friction, end) for arc in arcs]
     return float((held * ways).sum() / held.sum())
 
 

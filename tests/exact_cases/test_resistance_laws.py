@@ -148,9 +148,8 @@ def slide(law, u, h, along, normal, dt, most):
             return n * dt, now, way, before
         before = now
         still = (0.0, 0.0, 0.0)
-        _, now, _ = update_cell(
-            (h, now, 0.0), (h, now, 0.0), still, (along * h, 0.0), (normal, 0.0), h, 1.0, dt, law, 0.0
-        )
+        state, pull, bed = (h, now, 0.0), (along * h, 0.0), (normal, 0.0)
+        _, now, _ = update_cell(state, state, still, pull, bed, h, 1.0, dt, law, 0.0, 0.0)
         way += 0.5 * (before + now) * dt
     return most * dt, now, way, before
 

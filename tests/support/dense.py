@@ -11,7 +11,7 @@ from dense_pressure import earth_pressure, stretching
 
 from solver.physics.friction import Voellmy
 
-RETAINED, EMPTIED, YIELD_TOLERANCE = 1e-12, 0.75, 1 + 1e-12
+RETAINED, EMPTIED, STILL, YIELD_TOLERANCE = 1e-12, 0.75, 1e-4, 1 + 1e-12
 INNER = np.s_[2:-2, 2:-2]
 
 
@@ -110,6 +110,11 @@ def steps_to_faces(back, forth, steepness):
     return low, limited(np.abs(1 / 6 * back + 1 / 3 * forth), back, forth, steepness)
 
 
+def at_rear(h, behind, ahead, n, steepness):
+    """Whether a flow ends behind a cell that moves to deeper ones."""
+    return (behind <= h / 2) & (ahead > 1.5 * h) & (n > 0) & (steepness > 1)
+
+
 def face_state(cell, at_face, beyond, behind, sign, dry):
     """Bounds on depth and on the velocities, given as steps from the mean, and the front rule.
 
@@ -121,7 +126,7 @@ def face_state(cell, at_face, beyond, behind, sign, dry):
     # up to the mean where it has come off what is behind, from which 1e-4 of its velocity does not tell it
     told = faster + 1e-8 * n**2
     share = (faster - 4 * np.maximum(0, wave)) / np.where(told > 0, told, 1)
-    depth = np.minimum(np.maximum(depth, np.where(sign * n > 0, h * np.maximum(0.1, share), 0)), 2 * h)
+    depth = np.maximum(depth, np.where(sign * n > 0, h * np.maximum(0.1, share), 0))
     led = (sign * n <= 0) | ((sign * n_behind > 0) & (faster <= 4 * wave))
     part = np.where((depth > 1.9 * h) & (sign * (n + n_step) > 0), 0, 1)
     hidden = (beyond <= dry) & (h < 0.45 * h_behind) & led
@@ -139,6 +144,10 @@ def face_values(h, n, t, dry, beta):
         steps_to_faces(here - behind, ahead - here, most)
         for (behind, here, ahead), most in zip((near, *beside), (steepness, steepness, 2.0), strict=True)
     ]
+    # at a rear depth is halfway to the cell ahead, and four times the mean at most
+    for k, beyond, behind, sign in ((0, one, other, -1), (1, other, one, 1)):
+        rear = at_rear(h[own], h[behind], h[beyond], sign * n[own], steepness)
+        steps[0][k][rear] = np.minimum((h[beyond] - h[own]) / 2, 3 * h[own])[rear]
     wave, cell = np.broadcast_to(beta, h.shape) * h, (h[own], n[own], t[own])
     faces = [
         face_state(
@@ -217,7 +226,7 @@ def out_of(mass):
 
 
 def outflow_limits(h, x_mass, y_mass, dt, dx, dy):
-    """Share of its depth that a cell would lose."""
+    """Share of the depth that it has that a cell would lose."""
     loss = dt / dx * out_of(x_mass) + dt / dy * out_of(y_mass.T).T
     return loss / np.where(h > 0, h, 1.0)
 
@@ -249,6 +258,23 @@ def difference(q):
     return q[:, :-1] - q[:, 1:]
 
 
+def in_stage(start, now, part):
+    """What cells can give in a stage: depth, and the velocity of all of it."""
+    kept = (1 / part - 1) * start.h
+    had = now.h + kept
+    over = 1 / np.where(had > 0, had, 1.0)
+    return State(had, *((now.h * q + kept * q_0) * over for q, q_0 in ((now.u, start.u), (now.v, start.v))))
+
+
+def bounded_film(state, dry, most):
+    """A film is as fast as the deeper cells beside it at most; most is the square of their speed."""
+    square = state.u**2 + state.v**2
+    faster = square > most * YIELD_TOLERANCE
+    share = np.where(faster, np.sqrt(most / np.where(faster, square, 1.0)), 1.0)
+    share = np.where(state.h > dry, 1.0, np.where(most > 0, share, 0.0))
+    return State(state.h, share * state.u, share * state.v)
+
+
 def loaded(before, after):
     """Depth that gravity and friction act on: that before a stage, but at most twice that after it."""
     return np.minimum(before, 2 * np.maximum(after, 0))
@@ -260,6 +286,7 @@ def classify(state, along, normal, law, tangent, dry, dx, dy):
     n, s = np.s_[2:, 1:-1], np.s_[:-2, 1:-1]
     h, u, v = (q[mid] for q in state)
     wet = h > dry
+    may_flow = wet | (u != 0) | (v != 0)
 
     along, normal = along[1:-1], normal[1:-1]
 
@@ -279,19 +306,22 @@ def classify(state, along, normal, law, tangent, dry, dx, dy):
     steep_x, steep_y = np.maximum(*np.abs(x)), np.maximum(*np.abs(y))
     drive = np.maximum(np.hypot(steep_x, sum(y) / 2), np.hypot(sum(x) / 2, steep_y))
     held = (drive <= normal * tangent * YIELD_TOLERANCE) & (u == 0) & (v == 0)
-    static = np.where(wet, np.where(held, 2.0, 0.0), 1.0)
+    static = np.where(may_flow, np.where(held, 2.0, 0.0), 1.0)
     c_x, c_y = (
         wave + np.sqrt(wave**2 + beta * h) for wave, beta in zip(waves, (beta_x, beta_y), strict=True)
     )
     rate = (np.abs(u) + c_x) / dx + (np.abs(v) + c_y) / dy
-    return beta_x, beta_y, static, np.where(wet, rate, 0.0)
+    return beta_x, beta_y, static, np.where(may_flow, rate, 0.0)
 
 
 class Twin:
     """A scene stepped by a dense scheme; the state is (depth, velocity along and across) at all points.
 
     x, y : places of the bed that a state, or a padded one, stands on. widths : rate along x of a unit speed.
+    films : whether what is dry moves on beside a flow.
     """
+
+    films = True
 
     def __init__(self, scene, arrival_depth, x, y, widths=1.0):
         self.scene, self.arrival_depth, bounds = scene, arrival_depth, scene.boundaries
@@ -325,6 +355,12 @@ class Twin:
         return self.scene.gravity * np.sin(xi), self.scene.gravity * np.cos(xi)
 
     @property
+    def shown(self):
+        """The state with what is dry at rest."""
+        dry = self.state.h <= self.dry
+        return State(self.state.h, *(np.where(dry, 0.0, q) for q in self.state[1:]))
+
+    @property
     def rest_volume(self):
         return self.scene.scheme.rest_share * self.released
 
@@ -346,7 +382,10 @@ class Twin:
         h, hu, hv = (
             q_0 + part * (q_1 - q_0 + dt * gain) for q_0, q_1, gain in zip(start, there, gains, strict=True)
         )
-        wet = h > self.dry
+        if self.films:
+            ran_dry = (h <= self.dry) & (dt * gains[0] <= h_1)
+            hu, hv = np.where(ran_dry, h * u_1, hu), np.where(ran_dry, h * v_1, hv)
+        wet = h > (STILL * self.dry if self.films else self.dry)
         depth = np.where(wet, h, 1.0)
         u, v = (np.where(wet, q / depth, 0.0) for q in (hu, hv))
         speed = np.hypot(u, v)
@@ -404,6 +443,10 @@ class Run(Twin):
     def classify(self):
         """Set padded beta_x, beta_y and static; return the largest wave rate and the volume that moves."""
         all_ = self.surrounded(self.state)
+        square = np.where(all_.h > self.dry, all_.u**2 + all_.v**2, 0.0)
+        beside = square[2:-2, 1:-3], square[2:-2, 3:-1], square[1:-3, 2:-2], square[3:-1, 2:-2]
+        self.state = bounded_film(self.state, self.dry, np.max(beside, axis=0))
+        all_ = self.surrounded(self.state)
         material = self.scene.earth_pressure, self.tangent, self.dry
         *status, rates = classify(all_, self.along, self.normal, *material, self.dx, self.dy)
         rates = rates[1:-1, 1:-1]
@@ -448,16 +491,17 @@ class Run(Twin):
         x = fluxes(all_, self.beta_x, self.static, *self.sides[:2], self.dry)
         y = fluxes(transposed(all_), self.beta_y.T, self.static.T, *self.sides[2:], self.dry)
         self.stop_at_walls(x.normal, source, dt)
-        lost = outflow_limits(h_1, x.mass, y.mass.T, dt, self.dx, self.dy)
+        has = in_stage(self.state, source, part)
+        lost = outflow_limits(has.h, x.mass, y.mass.T, dt, self.dx, self.dy)
         self.drained += int((lost > EMPTIED).sum())
-        x, y = scaled(x, lost, source.u, source.v), scaled(y, lost.T, source.v.T, source.u.T)
+        x, y = scaled(x, lost, has.u, has.v), scaled(y, lost.T, has.v.T, has.u.T)
         for k, (mass, length) in enumerate(((x.mass, self.dy), (y.mass, self.dx))):
             for side, leaving in ((2 * k, -mass[:, 0]), (2 * k + 1, mass[:, -1])):
                 self.ledger[side, 1] += share * dt * length * np.maximum(leaving, 0).sum()
                 self.ledger[side, 0] -= share * dt * length * np.minimum(leaving, 0).sum()
         y = Flux(*(q.T for q in y))
         free = self.static[INNER] != 2
-        left = h_1 + dt * (difference(x.mass) / self.dx + difference(y.mass.T).T / self.dy)
+        left = has.h + dt * (difference(x.mass) / self.dx + difference(y.mass.T).T / self.dy)
         load = loaded(h_1, left)
         # pressure acts on the same share of what was there
         acting = np.where(load < h_1, load / np.where(h_1 > 0, h_1, 1.0), 1.0)
@@ -483,5 +527,5 @@ def simulate(scene, times, arrival_depth=0.0):
     for time in times:
         if np.isnan(run.rest_time):
             run.advance(time)
-        frames.append(run.state)
+        frames.append(run.shown)
     return run, State(*(np.stack(q) for q in zip(*frames, strict=True)))

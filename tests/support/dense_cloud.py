@@ -12,8 +12,11 @@ from dense import (
     Twin,
     afforded,
     along_at_depth,
+    at_rear,
+    bounded_film,
     face_state,
     hll,
+    in_stage,
     leaving_at_depth,
     limited,
     loaded,
@@ -153,8 +156,15 @@ class CloudRun(Twin):
 
     def classify(self):
         """Set beta and static of cells and ghosts; return the largest wave rate and the volume that moves."""
+        all_ = self.with_ghosts(self.state)
+        square = np.where(all_.h > self.dry, all_.u**2 + all_.v**2, 0.0)
+        most = np.zeros(self.n)
+        for here, there in ((self.left, self.right), (self.right[: self.inner], self.left[: self.inner])):
+            np.maximum.at(most, here, square[there])
+        self.state = bounded_film(self.state, self.dry, most)
         h, u, v = self.state
         all_, wet = self.with_ghosts(self.state), h > self.dry
+        may_flow = wet | (u != 0) | (v != 0)
         w_x, w_y, w, m_x, m_xy = self.widths
         tie = 1e-10 * w * (np.abs(u) + np.abs(v) + np.sqrt(self.normal * h))
         rates = [self.stretched(q, h, k) for k, q in enumerate((u, v))]
@@ -166,7 +176,7 @@ class CloudRun(Twin):
         leaving = np.minimum(w * np.sqrt(square), w_x * np.abs(u) + w_y * np.abs(v))
         push = w_x * pushes[0] + w_y * pushes[1]
         waves = push + np.sqrt(push**2 + w**2 * (m_x * b_x + (1 - m_x) * b_y) * h)
-        rate = np.where(wet, raised_by_fall(leaving + waves, leaving, self.falling), 0.0).max()
+        rate = np.where(may_flow, raised_by_fall(leaving + waves, leaving, self.falling), 0.0).max()
         # held where the drive at no face but a wall's exceeds friction
         gradient, exceeds = self.slopes(h), np.zeros(self.n, dtype=int)
         walled = np.zeros(len(self.left), dtype=bool)
@@ -183,7 +193,7 @@ class CloudRun(Twin):
             np.add.at(exceeds, i, ~slides_in & (np.hypot(*pull.T) > limit))
         held = wet & (u == 0) & (v == 0) & (exceeds == 0)
         cell = self.cells.side_cell
-        static = np.concatenate([(~wet | held), (~wet | held)[cell]])
+        static = np.concatenate([(~may_flow | held), (~may_flow | held)[cell]])
         self.beta = tuple(np.concatenate([q, q[cell]]) for q in (b_x, b_y))
         driven = False
         for b, kind in enumerate(self.kinds):
@@ -230,7 +240,10 @@ class CloudRun(Twin):
         t_step = toward(t_gap, t_ahead - t_0, part, 2.0) + t_off
         slower = -(n_0 * n_step + t_0 * t_step)
         kept = np.where(slower > most, (most + 1e-300) / np.where(slower > most, slower + 1e-300, 1), 1.0)
-        at_face = h_0 + toward(h_gap, h_1 - h_0, part, steepness) + h_off, kept * n_step, kept * t_step
+        h_face = np.minimum(h_0 + toward(h_gap, h_1 - h_0, part, steepness) + h_off, 2 * h_0)
+        rear = at_rear(h_0, h_behind, h_1, sign * n_0, steepness)
+        h_face = np.where(rear, h_0 + np.minimum(part * (h_1 - h_0), 3 * h_0), h_face)
+        at_face = h_face, kept * n_step, kept * t_step
         behind = h_behind, n_behind, beta * h_behind
         depth, normal, tangential = face_state((h_0, n_0, t_0), at_face, h_1, behind, sign, self.dry)
         # what moves away from a film shows it no velocity beyond what its waves have there
@@ -269,7 +282,8 @@ class CloudRun(Twin):
                 n, t = n_x[f] * u_1[i] + n_y[f] * v_1[i], n_x[f] * v_1[i] - n_y[f] * u_1[i]
                 tangential[f] = (np.abs(n) + c[0][f]) * h_1[i] * t
         lost = dt * self.around((self.length * np.maximum(mass, 0), self.length * np.maximum(-mass, 0)))
-        lost = lost / np.where(h_1 > 0, h_1 * area, 1.0)
+        has = in_stage(self.state, source, part)
+        lost = lost / np.where(has.h > 0, has.h * area, 1.0)
         self.limited += int((lost > EMPTIED).sum())
         outside = np.zeros(len(self.kinds))
 
@@ -278,17 +292,20 @@ class CloudRun(Twin):
             return np.where(mass > 0, all_[self.left], np.where(mass < 0, all_[self.right], 0.0))
 
         momentum = n_x * normal - n_y * tangential, n_y * normal + n_x * tangential
-        mass, *momentum, _ = afforded(Flux(mass, *momentum, pressure), giver(lost), giver(u_1), giver(v_1))
+        mass, *momentum, _ = afforded(
+            Flux(mass, *momentum, pressure), giver(lost), giver(has.u), giver(has.v)
+        )
         through = share * dt * (self.length * mass)[self.inner :]
         np.add.at(self.ledger[:, 1], self.cells.side, np.maximum(through, 0))
         np.add.at(self.ledger[:, 0], self.cells.side, np.maximum(-through, 0))
         free = 1 - self.held[: self.n]
-        load = loaded(h_1, h_1 + dt * self.around((-self.length * mass, self.length * mass)) / area)
+        load = loaded(h_1, has.h + dt * self.around((-self.length * mass, self.length * mass)) / area)
+        acting = np.where(load < h_1, load / np.where(h_1 > 0, h_1, 1.0), 1.0)
         gains = [self.around((-self.length * mass, self.length * mass)) / area]
         for q, n, b, pull in zip(momentum, (n_x, n_y), beta, (self.along, 0.0), strict=True):
             push = self.around((-self.length * n * pressure, self.length * n * pressure))
             carried = self.around((-self.length * q, self.length * q))
-            gains.append(carried / area + free * (b[: self.n] * push / area + pull * load))
+            gains.append(carried / area + free * (acting * b[: self.n] * push / area + pull * load))
         return self.updated(source, gains, load, (self.normal, self.curvature), part, dt)
 
 

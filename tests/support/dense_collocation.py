@@ -19,6 +19,8 @@ def spread_out(neighbours, weights, columns):
 class DenseCollocation(Twin):
     """A scene stepped by full matrices; no dry region is left out."""
 
+    films = False
+
     def __init__(self, scene, operators):
         self.scheme = scene.scheme
         stencils = operators.stencils

@@ -379,4 +379,5 @@ def test_no_cell_leaves_by_its_slow_part_and_gets_ever_faster(seed):
         run.advance(3.0, int(run.progress.steps[0]) + 1)
         h, u, v = run.state
         fastest = max(fastest, float(np.hypot(u, v)[h > 1e-8].max()))
-    assert fastest < 1.03 * first_speed
+    # pressure makes a layer faster by 2 c at most
+    assert fastest < 1.01 * (first_speed + 2 * np.sqrt(9.81 * 1e-4))

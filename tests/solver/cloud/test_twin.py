@@ -80,9 +80,9 @@ def test_the_kernels_are_the_dense_scheme(name):
     assert run.failure is None
     assert run.steps == wanted.steps >= 3
     close = {"rtol": 1e-12, "atol": 1e-12}
-    np.testing.assert_allclose(run.depth[0], wanted.state.h, **close)
-    np.testing.assert_allclose(run.velocity_x[0], wanted.state.u, rtol=1e-9, atol=1e-9)
-    np.testing.assert_allclose(run.velocity_y[0], wanted.state.v, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(run.depth[0], wanted.shown.h, **close)
+    np.testing.assert_allclose(run.velocity_x[0], wanted.shown.u, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(run.velocity_y[0], wanted.shown.v, rtol=1e-9, atol=1e-9)
     np.testing.assert_allclose(run.max_depth, wanted.max_depth, **close)
     np.testing.assert_allclose(run.max_speed, wanted.max_speed, rtol=1e-9, atol=1e-9)
     np.testing.assert_allclose(run.max_momentum_flux, wanted.max_flux, rtol=1e-9, atol=1e-10)

@@ -164,3 +164,38 @@ def test_depth_is_limited_by_minmod_where_a_cell_slips_between_two_at_rest(ahead
     low, high, *_ = reconstruct(h, n, 0 * n)
     assert high[0, 0] == pytest.approx(19.8 - step, rel=1e-12)
     assert low[0, 1] == pytest.approx(17.15)
+
+
+def row_of(values, speed):
+    """Depths and velocities of three equal rows."""
+    return np.tile(np.asarray(values, float), (3, 1)), np.tile(np.broadcast_to(speed, len(values)), (3, 1))
+
+
+@pytest.mark.parametrize("way", [1, -1])
+def test_at_a_rear_depth_is_on_the_line_that_ends_within_a_cell(way):
+    # means of x - 1.5 from there on, in cells of 1 m
+    h, n = row_of([0, 0.125, 1, 2, 3, 4][::way], 2.0 * way)
+    faces = reconstruct(h, n, 0 * h)
+    high = faces[1] if way == 1 else faces[0]
+    np.testing.assert_allclose(high[0][::way], [0.5, 1.5, 2.5, 3.5], rtol=1e-14)
+
+
+def test_a_rear_shows_four_times_its_depth_at_most():
+    h, n = row_of([0, 1e-3, 5, 6, 7], 2.0)
+    assert reconstruct(h, n, 0 * h)[1][0, 0] == pytest.approx(4e-3, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("depths", "speeds"),
+    [
+        ([0.0, 0.125, 1, 2], 0.0),
+        ([0.0, 0.125, 1, 2], -2.0),
+        ([0.0, 0.125, 1, 2], [2.0, 2.0, 0.5, 0.5]),
+        ([0.1, 0.125, 1, 2], 2.0),
+    ],
+    ids=["at rest", "moves to the edge", "is being stopped", "a layer runs into a heap"],
+)
+def test_what_is_no_rear_keeps_its_limiter(depths, speeds):
+    h, n = row_of(depths, speeds)
+    # at most once the difference to what is behind
+    assert reconstruct(h, n, 0 * h)[1][0, 0] <= 2 * depths[1] - depths[0]

@@ -4,6 +4,7 @@ import pytest
 from scenes import SCENES, rough, scene
 
 from solver.kernels.limiter import EMPTIED
+from solver.kernels.runge_kutta import spare
 from solver.kernels.state import RETAINED, Fields, Fluxes, Grid
 from solver.lattice.outflow import limit_outflow, note_emptied, outflow_exceeds
 from solver.lattice.residual import stage
@@ -106,11 +107,16 @@ def test_outflow_limits_are_their_twins_and_leave_every_cell_something():
     x.mass[0, :-1][h[0] == 0] = x.mass[0, 1:][h[0] == 0] = 0
     y.mass[:, h[0] == 0] = 0
     lost, u, v = np.zeros(2 * n + 2), *rng.normal(0, 1, (2, n))
+    start, part = 10.0 ** rng.uniform(-6, 1, (1, n)) * (rng.random((1, n)) < 0.7), 2 / 3
+    u_0, v_0 = rng.normal(0, 1, (2, n))
+    states = Fields(start[0], u_0, v_0), Fields(h[0], u, v), spare(part)
+    start[h == 0] = 0
+    has = dense.in_stage(dense.State(start, u_0[None], v_0[None]), dense.State(h, u[None], v[None]), part)
     faces = x.mass[0], 0, y.mass.ravel(), 0, n
     assert outflow_exceeds(h[0], None, 0, n, *faces, dt, grid, lost, n)
     emptied = np.zeros(2 * n + 2, dtype=np.int64)
-    note_emptied(h[0], 0, 0, n, lost, n, emptied)
-    wanted = dense.outflow_limits(h, x.mass, y.mass, dt, grid.dx, grid.dy)
+    note_emptied(h[0], start[0], spare(part), 0, 0, n, lost, n, emptied)
+    wanted = dense.outflow_limits(has.h, x.mass, y.mass, dt, grid.dx, grid.dy)
     dry = np.flatnonzero(wanted[0] > EMPTIED)
     assert 10 < len(dry) < n
     assert emptied[n + 1 : n + 1 + emptied[n]].tolist() == dry.tolist()
@@ -118,20 +124,20 @@ def test_outflow_limits_are_their_twins_and_leave_every_cell_something():
     # the row lies at n in buffers, faces below it at 0, where no cell is short
     kernel_x = Fluxes(*(np.concatenate([np.zeros(n), q[0]]) for q in x))
     kernel_y = Fluxes(*(q.ravel().copy() for q in y))
-    limit_outflow(kernel_x, kernel_y, n, 0, lost, emptied, u, v, None, None, 0, 0, True)
-    inner = u[None], v[None]
+    limit_outflow(kernel_x, kernel_y, n, 0, lost, emptied, *states, None, None, 0, 0, True)
+    inner = has.u, has.v
     for actual, expected in zip(kernel_x, dense.scaled(x, wanted, *inner), strict=True):
         np.testing.assert_allclose(actual[n:], expected[0], rtol=1e-14)
     loss = dt / grid.dx * dense.out_of(dense.scaled(x, wanted, *inner).mass)
     twin_y = dense.scaled(dense.Flux(*(q.T for q in y)), wanted.T, *(q.T for q in inner[::-1]))
     loss += dt / grid.dy * dense.out_of(twin_y.mass).T
-    assert (loss <= (1 - RETAINED / 2) * h).all()
+    assert (loss <= (1 - RETAINED / 2) * has.h).all()
     # what leaves the row through the faces below it; those above are limited with the next row
     down = y.mass[0] < 0
     for actual, expected in zip(kernel_y, twin_y, strict=True):
         np.testing.assert_allclose(actual[:n][down], expected.T[0][down], rtol=1e-14)
     # a next row without cells limits what goes up to it
-    limit_outflow(kernel_x, kernel_y, 0, n, lost, emptied, u, v, None, None, 0, 0, False)
+    limit_outflow(kernel_x, kernel_y, 0, n, lost, emptied, *states, None, None, 0, 0, False)
     for actual, expected in zip(kernel_y, twin_y, strict=True):
         np.testing.assert_allclose(actual[:n][down], expected.T[0][down], rtol=1e-14)
         np.testing.assert_allclose(actual[n:][y.mass[1] > 0], expected.T[1][y.mass[1] > 0], rtol=1e-14)
@@ -143,7 +149,8 @@ def test_a_face_without_flow_keeps_its_impulse():
     fluxes.normal[0] = 7.0
     # the first cell and the third, each between two faces, would lose twice what they have
     lost, emptied = np.array([2.0, 0.0, 2.0]), np.array([2, 0, 2])
-    limit_outflow(fluxes, none, 0, 0, lost, emptied, np.full(4, 3.0), np.zeros(4), None, None, 0, 0, True)
+    state = Fields(np.ones(4), np.full(4, 3.0), np.zeros(4))
+    limit_outflow(fluxes, none, 0, 0, lost, emptied, state, state, 0.0, None, None, 0, 0, True)
     assert fluxes.normal.tolist() == pytest.approx([7.0, 3.0, -3.0, 0.0])
     assert fluxes.pressure.tolist() == [0.0, 2.0, -2.0, 0.0]
 

@@ -189,3 +189,38 @@ def test_a_film_beside_a_layer_that_friction_holds_stays():
     run, _ = classified(replace(case, depth=depth))
     static = run.status.static.reshape(run.grid.rows, run.grid.stride)[dense.INNER]
     np.testing.assert_array_equal(static, np.where(depth > 0, BELOW_YIELD, DRY))
+
+
+@pytest.mark.parametrize(
+    ("beside", "speed", "left"),
+    [(0.3, 1.0, 1.0), (0.3, 5.0, 3.0), (0.0, 1.0, 0.0), (5e-5, 1.0, 0.0)],
+    ids=["as it is", "faster than the flow", "nothing beside it", "films beside it"],
+)
+def test_a_film_moves_as_fast_as_a_deeper_cell_beside_it_at_most(beside, speed, left):
+    case = scene(Plane(0), Coulomb(0), heaps=(((10, 3), 1, 1.0),))
+    depth = np.zeros_like(case.depth)
+    depth[3, 3] = 1.0
+    run = LatticeRun(replace(case, depth=depth), 1.0, 0.0, whole=True)
+    h, u, v = (q.reshape(run.grid.rows, run.grid.stride)[dense.INNER] for q in run.now)
+    h[8, 10], h[8, 11] = 6e-5, beside
+    u[8, 10], v[8, 10] = -0.6 * speed, 0.8 * speed
+    u[8, 11] = 3.0 * (beside > 0)
+    run.spans.wet[:, 2:-2] = [[2], [run.grid.stride - 2]]
+    classify(run.now, run.status, run.bed, run.material, run.sides, run.grid, run.spans)
+    assert (u[8, 10], v[8, 10]) == pytest.approx((-0.6 * left, 0.8 * left), rel=1e-14)
+    static = run.status.static.reshape(run.grid.rows, run.grid.stride)[dense.INNER]
+    assert static[8, 10] == (0.0 if left else DRY)
+    # and so it is once more
+    classify(run.now, run.status, run.bed, run.material, run.sides, run.grid, run.spans)
+    assert (u[8, 10], v[8, 10]) == pytest.approx((-0.6 * left, 0.8 * left), rel=1e-14)
+
+
+def test_a_film_beside_a_heap_at_rest_stops():
+    case = scene(Plane(0), Coulomb(40), heaps=(((6, 0), 3, 0.5),))
+    run = LatticeRun(case, 1.0, 0.0, whole=True)
+    h, u, _ = (q.reshape(run.grid.rows, run.grid.stride)[dense.INNER] for q in run.now)
+    row, column = np.argwhere((h[:, 1:] > 1e-2) & (h[:, :-1] == 0))[0]
+    h[row, column], u[row, column] = 4e-5, 0.2
+    run.spans.wet[:, 2:-2] = [[2], [run.grid.stride - 2]]
+    classify(run.now, run.status, run.bed, run.material, run.sides, run.grid, run.spans)
+    assert u[row, column] == 0.0
