@@ -138,17 +138,20 @@ class Referenced:
         If it is of another class, or holds something else.
     """
 
-    _types: ClassVar[dict[bytes, Any]] = {}
+    # type and layout by the fingerprint of values: to find them by the type itself takes longer than to pack
+    _known: ClassVar[dict[bytes, tuple[Any, Struct]]] = {}
 
     def __init__(self, values: Any, before: Referenced | None = None) -> None:
-        known = _dispatcher.compute_fingerprint(values)
-        kind = self._types.get(known)
-        if kind is None:
-            kind = self._types[known] = type_of(values)
-        if not isinstance(kind, Reference):
-            raise TypeError(f"{type(values).__name__} is not declared to be given by reference")
-        self.values, self._numba_type_ = values, kind
-        layout = _layout(kind.of)
+        fingerprint = _dispatcher.compute_fingerprint(values)
+        known = self._known.get(fingerprint)
+        if known is None:
+            kind = type_of(values)
+            if not isinstance(kind, Reference):
+                raise TypeError(f"{type(values).__name__} is not declared to be given by reference")
+            known = self._known[fingerprint] = kind, _layout(kind.of)
+        self.values = values
+        self._numba_type_: Any = known[0]
+        layout = known[1]
         self._memory = np.empty(layout.size // _WORD, dtype=np.int64)
         # the same object has the same words
         same = {} if before is None else dict(zip(map(id, before.values), before._words, strict=True))

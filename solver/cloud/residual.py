@@ -30,7 +30,7 @@ from solver.kernels.boundary import account, stopped
 from solver.kernels.flow_axes import normal_pressure, sheared
 from solver.kernels.friction import law_at
 from solver.kernels.limiter import EMPTIED, SMALLEST, TOO_MUCH, afforded, mean_velocity
-from solver.kernels.runge_kutta import spare
+from solver.kernels.runge_kutta import can_give, weight_of_start
 from solver.kernels.source_terms import acting_share, update_cell
 from solver.kernels.state import (
     BELOW_YIELD,
@@ -94,7 +94,7 @@ def add_up(halves: Array, faces: Faces, start: int, stop: int, gain: Array) -> N
 
 @kernel()
 def outflow_exceeds(
-    h: Array, begun: Array, beside: float, lost: Array, area: Array, start: int, stop: int, dt: float
+    h: Array, begun: Array, start_weight: float, lost: Array, area: Array, start: int, stop: int, dt: float
 ) -> bool:
     """Whether some cell of a run would lose more than the share EASED of what it has.
 
@@ -102,8 +102,8 @@ def outflow_exceeds(
     ----------
     h, begun : arrays
         Depth in this stage and at the start of the step, m.
-    beside : float
-        From `solver.kernels.runge_kutta.spare`.
+    start_weight : float
+        From `solver.kernels.runge_kutta.weight_of_start`.
     lost, area : arrays
         Volume that leaves each cell (m3 s-1), area (m2).
     start, stop : int
@@ -114,7 +114,7 @@ def outflow_exceeds(
     count = 0
     for k in range(start, stop):
         i = np.uint64(k)
-        count |= 1 if lost[i] * dt > EASED * (h[i] + beside * begun[i]) * area[i] else 0
+        count |= 1 if lost[i] * dt > EASED * can_give(h[i], begun[i], start_weight) * area[i] else 0
     return count > 0
 
 
@@ -134,7 +134,7 @@ def push_on(status: Status, faces: Faces, pressed: Array, f: int, on_left: bool)
 def ease_pressure(
     begun: Fields,
     now: Fields,
-    beside: float,
+    start_weight: float,
     status: Status,
     faces: Faces,
     area: Array,
@@ -150,7 +150,7 @@ def ease_pressure(
     gain = buffers.gain
     for i in range(start, stop):
         h = now.h[i]
-        acting = acting_share(h, h + dt * (gain[0, i] / area[i]) + beside * begun.h[i])
+        acting = acting_share(h, can_give(h + dt * (gain[0, i] / area[i]), begun.h[i], start_weight))
         if acting == 1.0:
             continue
         for m in range(faces.number[i]):
@@ -165,7 +165,7 @@ def ease_pressure(
 def limit_outflow(
     begun: Fields,
     now: Fields,
-    beside: float,
+    start_weight: float,
     status: Status,
     faces: Faces,
     area: Array,
@@ -182,8 +182,8 @@ def limit_outflow(
     ----------
     begun, now : Fields
         State at the start of the step and of this stage.
-    beside : float
-        From `solver.kernels.runge_kutta.spare`.
+    start_weight : float
+        From `solver.kernels.runge_kutta.weight_of_start`.
     area : (cells,) array
         Of the control volumes, m2.
     start, stop : int
@@ -193,13 +193,13 @@ def limit_outflow(
     """
     halves, n = buffers.halves, faces.faces
     for i in range(start, stop):
-        volume = (now.h[i] + beside * begun.h[i]) * area[i]
+        volume = can_give(now.h[i], begun.h[i], start_weight) * area[i]
         lost = buffers.gain[3, i] * dt / volume if volume > SMALLEST else TOO_MUCH
         if lost > EASED:
             buffers.limited[i // LANES] = 1.0
         if lost <= EMPTIED:
             continue
-        u, v = mean_velocity(begun, now, beside, i)
+        u, v = mean_velocity(begun, now, start_weight, i)
         for m in range(faces.number[i]):
             half = half_of(faces, i, m)
             f, j, _ = beyond(faces, half)
@@ -296,12 +296,12 @@ def update_run(
     gain
         (4, cells) array, sums over the faces of a cell, pressure among them, as of `CloudBuffers`.
     """
-    beside = spare(part)
+    start_weight = weight_of_start(part)
     for k in range(first, last):
         i = np.uint64(k)
         h, over = now.h[i], 1.0 / area[i]
         transport = gain[0, i] * over, gain[1, i] * over, gain[2, i] * over
-        load = h * acting_share(h, h + dt * transport[0] + beside * start.h[i])
+        load = h * acting_share(h, can_give(h + dt * transport[0], start.h[i], start_weight))
         free, u, v = 0.0 if status.static[i] == BELOW_YIELD else 1.0, now.u[i], now.v[i]
         out.h[i], out.u[i], out.v[i] = update_cell(
             (start.h[i], start.u[i], start.v[i]),
@@ -340,7 +340,7 @@ def cloud_stage(
     """
     start, status, bed, material, sides = arrays.now, arrays.status, arrays.bed, arrays.material, arrays.sides
     area, faces, gradient = arrays.area, arrays.faces, arrays.gradient
-    activity, buffers, beside = arrays.activity, arrays.buffers, spare(part)
+    activity, buffers, start_weight = arrays.activity, arrays.buffers, weight_of_start(part)
     inflows, doors = arrays.inflows, arrays.doors
     first, first_side, runs = faces.first, faces.first_side, activity.stepped_runs
     if not sloped:
@@ -367,14 +367,14 @@ def cloud_stage(
             while at < activity.counts[0] and runs[at, 0] < b * LANES:
                 one, two = max(runs[at, 0], a * LANES), min(runs[at, 1], b * LANES)
                 add_up(buffers.halves, faces, one, two, buffers.gain)
-                limited |= outflow_exceeds(now.h, start.h, beside, buffers.gain[3], area, one, two, dt)
+                limited |= outflow_exceeds(now.h, start.h, start_weight, buffers.gain[3], area, one, two, dt)
                 update_run(start, now, out, status, bed, material, area, buffers.gain, one, two, part, dt)
                 if runs[at, 1] > b * LANES:
                     break
                 at += 1
     if limited:
         for r in range(activity.counts[0]):
-            limit_outflow(start, now, beside, status, faces, area, runs[r, 0], runs[r, 1], dt, buffers)
+            limit_outflow(start, now, start_weight, status, faces, area, runs[r, 0], runs[r, 1], dt, buffers)
     for e in range(len(doors.face)):
         # such cells are stepped; of others what is at hand is of steps before
         if inflows.flowing[inflows.section[e]] > 0.0:
@@ -385,7 +385,7 @@ def cloud_stage(
             if buffers.limited[block] > 0.0:
                 one, two = block * LANES, (block + 1) * LANES
                 add_up(buffers.halves, faces, one, two, buffers.gain)
-                ease_pressure(start, now, beside, status, faces, area, one, two, dt, buffers)
+                ease_pressure(start, now, start_weight, status, faces, area, one, two, dt, buffers)
                 if len(doors.face) > 0:
                     admit_into(inflows, doors, block, now, status, faces, buffers, dt)
                 update_run(start, now, out, status, bed, material, area, buffers.gain, one, two, part, dt)

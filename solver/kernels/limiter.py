@@ -215,9 +215,9 @@ def face_state(
 
 
 @kernel(inline=True)
-def mean_velocity(start: Fields, now: Fields, spare: float, cell: int) -> tuple[float, float]:
+def mean_velocity(start: Fields, now: Fields, start_weight: float, cell: int) -> tuple[float, float]:
     """Velocity of all that a cell can give in a stage, m s-1."""
-    had, kept = now.h[cell], spare * start.h[cell]
+    had, kept = now.h[cell], start_weight * start.h[cell]
     over = 1.0 / (had + kept + 1e-300)
     u, v = had * now.u[cell] + kept * start.u[cell], had * now.v[cell] + kept * start.v[cell]
     return over * u, over * v

@@ -128,12 +128,18 @@ def raised_by_fall(rate: float, carried: float, falling: float) -> float:
 
 
 @kernel(inline=True)
-def spare(part: float) -> float:
-    """Share of the state at the start of a step that a stage can give away beside its own, by its weight.
+def weight_of_start(part: float) -> float:
+    """Weight of the state at the start of a step in what a stage can give away, where its own state has one.
 
-    The stage ends with ``part`` times what it has, which is ``U_1 + spare U_0``, less what has left.
+    The stage ends with ``part`` times ``U_1 + start_weight U_0``, less what has left (`can_give`).
     """
     return 1.0 / part - 1.0
+
+
+@kernel(inline=True)
+def can_give(h: float, begun: float, start_weight: float) -> float:
+    """Depth that a cell can give away in a stage, m, by that in this stage and at the start of the step."""
+    return h + start_weight * begun
 
 
 @kernel()

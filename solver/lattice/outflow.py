@@ -10,6 +10,7 @@ import numpy as np
 from solver.arrays import Array, Indices
 from solver.compiled import kernel
 from solver.kernels.limiter import EMPTIED, SMALLEST, TOO_MUCH, afforded, mean_velocity
+from solver.kernels.runge_kutta import can_give
 from solver.kernels.state import Fields, Fluxes, Grid
 
 # Length of each edge (m), and its conormal in the frame of the cell on its low side and on its high side.
@@ -76,7 +77,7 @@ def outflow_exceeds(
 def note_emptied(
     h: Array,
     start: Array,
-    spare: float,
+    start_weight: float,
     cell: int,
     column: int,
     count: int,
@@ -90,8 +91,8 @@ def note_emptied(
     ----------
     h, start : flat arrays
         Depth in this stage and at the start of the step, m.
-    spare : float
-        From `solver.kernels.runge_kutta.spare`.
+    start_weight : float
+        From `solver.kernels.runge_kutta.weight_of_start`.
     cell, column, count : int
         Index of the first cell, its column, number of cells.
     lost : array
@@ -101,7 +102,7 @@ def note_emptied(
     """
     found = 0
     for k in range(count):
-        depth = h[cell + k] + spare * start[cell + k]
+        depth = can_give(h[cell + k], start[cell + k], start_weight)
         if lost[row + column + k] > EMPTIED * depth:
             lost[row + column + k] = lost[row + column + k] / depth if depth > SMALLEST else TOO_MUCH
             found += 1
@@ -166,7 +167,7 @@ def limit_outflow(
     emptied: Indices,
     start: Fields,
     now: Fields,
-    spare: float,
+    start_weight: float,
     x_frames: Frames | None,
     y_frames: Frames | None,
     row: int,
@@ -185,7 +186,7 @@ def limit_outflow(
         Where the row, and the one before, begin in buffers.
     lost, emptied : array
         From `note_emptied`.
-    start, now, spare
+    start, now, start_weight
         State at the start of the step and of this stage; as for `note_emptied`.
     x_frames, y_frames : Frames or None
         Of the edges of a surface, in each direction.
@@ -199,7 +200,7 @@ def limit_outflow(
     for k in range(emptied[ring]):
         c = emptied[ring + 1 + k]
         i, share = row + c, lost[ring + c]
-        u, v = mean_velocity(start, now, spare, i)
+        u, v = mean_velocity(start, now, start_weight, i)
         if x_fluxes.mass[ring + c] < 0.0:
             n, t = through_x(x_frames, i - 1, True, u, v)
             limit_face(x_fluxes, ring + c, share, n, t)
@@ -214,7 +215,7 @@ def limit_outflow(
     for k in range(emptied[below]):
         c = emptied[below + 1 + k]
         i, share = row - stride + c, lost[below + c]
-        u, v = mean_velocity(start, now, spare, i)
+        u, v = mean_velocity(start, now, start_weight, i)
         if y_fluxes.mass[below + c] > 0.0:
             n, t = through_y(y_frames, i, False, u, v)
             limit_face(y_fluxes, below + c, share, n, t)

@@ -22,7 +22,7 @@ from solver.kernels.boundary import account, boundary_flux, stopped
 from solver.kernels.flow_axes import sheared
 from solver.kernels.friction import law_at
 from solver.kernels.riemann import hll
-from solver.kernels.runge_kutta import spare
+from solver.kernels.runge_kutta import can_give, weight_of_start
 from solver.kernels.sections.admission import admit_next
 from solver.kernels.sections.inflow import close_to_backflow
 from solver.kernels.sections.measured import measure
@@ -127,7 +127,7 @@ def stage(
     along, across, x_fluxes, y_fluxes, lost, emptied, before = arrays.buffers
     h, u, v = now
     beta_x, beta_y, static = status.beta_x, status.beta_y, status.static
-    x_mass, y_mass, beside = x_fluxes.mass, y_fluxes.mass, spare(part)
+    x_mass, y_mass, start_weight = x_fluxes.mass, y_fluxes.mass, weight_of_start(part)
     west, east, low, high = sides.kind[0], sides.kind[1], sides.kind[2], sides.kind[3]
     fill_ghosts(now, beta_x, beta_y, sides, grid, spans, first, last)
     for j in range(first - 1, last + 2):
@@ -193,8 +193,8 @@ def stage(
         if a < b:
             over = x_mass, ring + a, y_mass, below + a, ring + a, dt, grid, lost, ring + a
             if outflow_exceeds(h, None, j * m + a, b - a, *over):
-                note_emptied(h, start.h, beside, j * m + a, a, b - a, lost, ring, emptied)
-        limits = ring, below, lost, emptied, start, now, beside
+                note_emptied(h, start.h, start_weight, j * m + a, a, b - a, lost, ring, emptied)
+        limits = ring, below, lost, emptied, start, now, start_weight
         limit_outflow(x_fluxes, y_fluxes, *limits, None, None, j * m, m, j < first)
         if a < b:
             if a == GHOSTS:
@@ -315,7 +315,7 @@ def update_row(
     x_fluxes, west, y_fluxes, south, north
         Fluxes and the indices of the first cell's faces.
     """
-    over_x, over_y, beside = 1.0 / grid.dx, 1.0 / grid.dy, spare(part)
+    over_x, over_y, start_weight = 1.0 / grid.dx, 1.0 / grid.dy, weight_of_start(part)
     one = np.uint64(1)
     for k in range(count):
         k_ = np.uint64(k)
@@ -329,7 +329,7 @@ def update_row(
         gain_v = (x_fluxes.tangential[w] - x_fluxes.tangential[e]) * over_x
         gain_v += (y_fluxes.normal[s] - y_fluxes.normal[n]) * over_y
         free = 0.0 if status.static[i] == BELOW_YIELD else 1.0
-        acting = acting_share(h, h + dt * gain + beside * start.h[c])
+        acting = acting_share(h, can_give(h + dt * gain, start.h[c], start_weight))
         load, free = acting * h, acting * free
         push_x = status.beta_x[i] * (x_fluxes.pressure[w] - x_fluxes.pressure[e]) * over_x
         push_y = status.beta_y[i] * (y_fluxes.pressure[s] - y_fluxes.pressure[n]) * over_y

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Protocol, runtime_checkable
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,37 +21,36 @@ SAME = 1e-3
 EDGE_NODES = 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3)
 
 
-@runtime_checkable
-class Surface(Protocol):
+class Surface(ABC):
     """What the solver asks of a surface; x are eastings and y northings, m."""
 
+    @abstractmethod
     def corners(self, x: Array, y: Array) -> Array:
         """Elevation at the crossings of the lines x (n + 1,) and y (m + 1,), shape (m + 1, n + 1), m."""
-        ...
 
+    @abstractmethod
     def hessian(self, x: Array, y: Array) -> tuple[Array, Array, Array]:
         """Give z_xx, z_xy, z_yy by which curvature loads friction, at x (n,) by y (m,), (m, n), m-1."""
-        ...
 
+    @abstractmethod
     def gaps(self, x: Array, y: Array) -> NDArray[np.bool_]:
         """Say where nothing is known of the surface, at the points x (n,) by y (m,), shape (m, n)."""
-        ...
 
+    @abstractmethod
     def along_edges(self, start: Array, stop: Array, size: Array) -> Array:
         """Mean elevation along straight edges (n, 2), as cells of these sizes (n,) have it, (n,), m."""
-        ...
 
+    @abstractmethod
     def hessian_at(self, x: Array, y: Array) -> tuple[Array, Array, Array]:
         """Give what `hessian` does at places x, y of one shape."""
-        ...
 
+    @abstractmethod
     def gaps_at(self, x: Array, y: Array) -> NDArray[np.bool_]:
         """Say what `gaps` does at places x, y of one shape."""
-        ...
 
 
 @dataclass(frozen=True, eq=False)
-class ElevationModel:
+class ElevationModel(Surface):
     """A raster of elevations.
 
     Parameters

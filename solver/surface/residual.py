@@ -15,7 +15,7 @@ from solver.arrays import Array
 from solver.compiled import ONE, kernel
 from solver.kernels.friction import law_at
 from solver.kernels.riemann import hll
-from solver.kernels.runge_kutta import SSP_RK3, share_of_step, spare
+from solver.kernels.runge_kutta import SSP_RK3, can_give, share_of_step, weight_of_start
 from solver.kernels.sections.admission import admit_next
 from solver.kernels.sections.inflow import close_to_backflow
 from solver.kernels.sections.measured import measure
@@ -73,7 +73,7 @@ def update_row(
     _, y_cl, y_sl, y_ch, y_sh = metric.y_edges
     x_mass, x_normal, x_tangential, x_pressure = x_fluxes
     y_mass, y_normal, y_tangential, y_pressure = y_fluxes
-    one, row, beside = np.uint64(1), np.uint64(stride), spare(part)
+    one, row, start_weight = np.uint64(1), np.uint64(stride), weight_of_start(part)
     for k in range(count):
         k_ = np.uint64(k)
         i, b = np.uint64(cell) + k_, np.uint64(begin) + k_
@@ -83,7 +83,7 @@ def update_row(
         per_area, g_n = metric.per_area[i], metric.g_n[i]
         h_1, u_1, v_1 = now.h[i], now.u[i], now.v[i]
         gain = ((x_mass[f_w] - x_mass[f_e]) + (y_mass[f_s] - y_mass[f_n])) * per_area
-        acting = acting_share(h_1, h_1 + dt * gain + beside * start.h[b])
+        acting = acting_share(h_1, can_give(h_1 + dt * gain, start.h[b], start_weight))
         load, free = acting * h_1, 0.0 if static[i] == BELOW_YIELD else 1.0
         push = acting * (free * g_n)
         n_w, n_e, n_s, n_n = x_normal[f_w], x_normal[f_e], y_normal[f_s], y_normal[f_n]
@@ -171,7 +171,7 @@ def sweep_row(
     levels, (along, across, x_fluxes, y_fluxes, lost, emptied, before) = arrays.levels, arrays.buffers
     h, u, v = now
     x, y = metric.x_edges, metric.y_edges
-    x_mass, y_mass, beside = x_fluxes.mass, y_fluxes.mass, spare(part)
+    x_mass, y_mass, start_weight = x_fluxes.mass, y_fluxes.mass, weight_of_start(part)
     rows, even = place * RING * room, place * 2 * room
     ring, below = rows + (j % RING) * room, rows + ((j - 1) % RING) * room
     for k in range(j if j < first else j + 1, j + 2):
@@ -199,8 +199,8 @@ def sweep_row(
         cell = j * m + a - 1
         over = x_mass, ring + a, y_mass, below + a, ring + a, dt, grid, lost, ring + a
         if outflow_exceeds(h, metric.per_area, cell + 1, b - a, *over):
-            note_emptied(h, start.h, beside, cell + 1, a, b - a, lost, ring, emptied)
-    limits = ring, below, lost, emptied, start, now, beside
+            note_emptied(h, start.h, start_weight, cell + 1, a, b - a, lost, ring, emptied)
+    limits = ring, below, lost, emptied, start, now, start_weight
     limit_outflow(x_fluxes, y_fluxes, *limits, x, y, j * m, m, j < first)
     row = j - 1
     a, b = spans[0, row], spans[1, row]

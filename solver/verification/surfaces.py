@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.arrays import Array
-from solver.physics.elevation import EDGE_NODES
+from solver.physics.elevation import EDGE_NODES, Surface
 from solver.physics.terrain import SlopeProfile
 from solver.points.lattice import Lattice
 
 
-class ClosedForm:
+class ClosedForm(Surface):
     """A surface of which elevation and second derivatives are known at every place."""
 
     def at(self, x: Array, y: Array) -> Array:

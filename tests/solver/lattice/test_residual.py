@@ -4,7 +4,7 @@ import pytest
 from scenes import SCENES, rough, scene
 
 from solver.kernels.limiter import EMPTIED
-from solver.kernels.runge_kutta import spare
+from solver.kernels.runge_kutta import weight_of_start
 from solver.kernels.state import RETAINED, Fields, Fluxes, Grid
 from solver.lattice.outflow import limit_outflow, note_emptied, outflow_exceeds
 from solver.lattice.residual import stage
@@ -109,13 +109,13 @@ def test_outflow_limits_are_their_twins_and_leave_every_cell_something():
     lost, u, v = np.zeros(2 * n + 2), *rng.normal(0, 1, (2, n))
     start, part = 10.0 ** rng.uniform(-6, 1, (1, n)) * (rng.random((1, n)) < 0.7), 2 / 3
     u_0, v_0 = rng.normal(0, 1, (2, n))
-    states = Fields(start[0], u_0, v_0), Fields(h[0], u, v), spare(part)
+    states = Fields(start[0], u_0, v_0), Fields(h[0], u, v), weight_of_start(part)
     start[h == 0] = 0
     has = dense.in_stage(dense.State(start, u_0[None], v_0[None]), dense.State(h, u[None], v[None]), part)
     faces = x.mass[0], 0, y.mass.ravel(), 0, n
     assert outflow_exceeds(h[0], None, 0, n, *faces, dt, grid, lost, n)
     emptied = np.zeros(2 * n + 2, dtype=np.int64)
-    note_emptied(h[0], start[0], spare(part), 0, 0, n, lost, n, emptied)
+    note_emptied(h[0], start[0], weight_of_start(part), 0, 0, n, lost, n, emptied)
     wanted = dense.outflow_limits(has.h, x.mass, y.mass, dt, grid.dx, grid.dy)
     dry = np.flatnonzero(wanted[0] > EMPTIED)
     assert 10 < len(dry) < n
