@@ -123,7 +123,9 @@ def _add_edge(start: Array, stop: Array, cover: Array, part: Array) -> None:
 
 def ring_area(ring: Array) -> float:
     """Area within an outline (n, 2), m2, positive where it runs counter-clockwise."""
-    x, y = np.asarray(ring, dtype=np.float64).T
+    ring = np.asarray(ring, dtype=np.float64)
+    # products of coordinates of a map lose the digits that an area has
+    x, y = (ring - ring[0]).T
     return float(0.5 * (x * np.roll(y, -1) - np.roll(x, -1) * y).sum())
 
 

@@ -112,6 +112,12 @@ def test_polygons_in_another_reference_system_are_brought_to_that_of_the_elevati
     assert found == sorted(corners)
 
 
+def test_a_slanted_polygon_that_lies_wholly_on_the_elevation_model_loses_nothing(folder):
+    corners = np.array([(20.0, -120.7), (70.9, -106.3), (59.6, -49.8), (10.1, -73.4)])
+    shapes(folder, shapely.Polygon(corners + np.array([WEST, NORTH])))
+    assert "are lost" not in told(folder, DEPTH)
+
+
 def test_coordinates_that_the_reference_system_cannot_hold(folder):
     shapes(folder, shapely.box(1e12, 1e12, 2e12, 2e12), crs="EPSG:3035")
     assert "of releases.gpkg" in line(folder, DEPTH)

@@ -1,5 +1,7 @@
 """Releases outlined by polygons: exact shares, volumes by the area of the bed."""
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -66,6 +68,18 @@ def test_volume_is_by_the_area_of_the_bed(measured, factor):
     assert laid.volume_lost == 0
     given = surface_state([PolygonRelease([ring], volume=500.0, measured=measured)], LATTICE, surface)
     assert given.volume == pytest.approx(500.0, rel=1e-14)
+
+
+def test_an_area_far_from_the_origin_keeps_its_digits_and_nothing_is_lost():
+    east, north = 2_600_000.0, 1_200_000.0
+    ring = np.array([(10.3, 20.7), (70.9, 34.2), (59.6, 89.8), (0.1, 73.4)]) + np.array([east, north])
+    exact = [(Fraction(x), Fraction(y)) for x, y in ring.tolist()]
+    twice = sum(a * d - c * b for (a, b), (c, d) in zip(exact, exact[1:] + exact[:1], strict=True))
+    assert ring_area(ring) == pytest.approx(float(twice / 2), rel=1e-12)
+    lattice = Lattice((east - 20, east + 100), (north - 20, north + 120), 2.5)
+    laid = surface_state([PolygonRelease([ring], depth=1.5)], lattice, Inclined(0, 20.0))
+    assert laid.volume_asked == pytest.approx(laid.volume, rel=1e-12)
+    assert laid.volume_lost == pytest.approx(0.0, abs=1e-9)
 
 
 def test_what_lies_outside_is_lost():
