@@ -84,14 +84,22 @@ SLOW_SCENARIOS = {"scenarios/torrent/pressure.yaml"}
 
 
 def commands() -> Iterator[tuple[str, str]]:
-    """Go through all commands of all pages, those that do the same once: a page, and a command."""
-    seen: set[str] = set()
+    """Go through all commands of all pages, those that do the same once: a page, and a command.
+
+    What README has with all options is not run again with some of them on the same place.
+    """
+    seen: list[frozenset[str]] = []
     for name, command in written():
         same = re.sub(
-            r"^pipeline (emulate|hazard|report|sensitivity|tables) OUT$", r"pipeline \1 valley", command
+            r"^pipeline (emulate|hazard|report|sensitivity|tables) OUT", r"pipeline \1 valley", command
         )
-        if same not in seen:
-            seen.add(same)
+        words = frozenset(re.sub(r"[\[\]]", "", same.replace("[NAME]", "valley")).split())
+        # to leave something out is to do less
+        less = {word for word in words if word.startswith("--no-")}
+        if not any(
+            words <= other and not ({w for w in other if w.startswith("--no-")} - less) for other in seen
+        ):
+            seen.append(words)
             yield name, command
 
 

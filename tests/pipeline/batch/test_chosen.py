@@ -28,6 +28,12 @@ receptors:
 FOR = "school: depth > 0.5"
 
 
+@pytest.fixture(autouse=True)
+def _few_draws(monkeypatch):
+    """Choose among fewer draws: one quantity of one place."""
+    monkeypatch.setattr("pipeline.emulation.next_runs.DRAWS", 2048)
+
+
 @pytest.fixture
 def file(scenario_file):
     return scenario_file(more=SAMPLED)

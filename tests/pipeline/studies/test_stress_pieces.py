@@ -14,7 +14,7 @@ from pipeline.studies.stress.records import record_of, row_of
 from pipeline.studies.stress.scenes import can_be_run, draw
 from pipeline.studies.stress.watch import ENDS, Watched
 
-SMALL, OWN_SCENES = 1e5, 8
+SMALL, OWN_SCENES = 1e5, 6
 # laws that no scene may break
 ALWAYS = {
     *("values are finite", "depth is not negative", "ledger of volume", "a restart changes nothing"),
