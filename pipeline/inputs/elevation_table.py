@@ -169,12 +169,8 @@ def _numbers(
     path: Path, headings: Sequence[Heading], row: Row, at: tuple[int, int], mistakes: list[Mistake]
 ) -> tuple[float, float] | None:
     """Distance and elevation of a row, or None with what is wrong with it."""
-    if len(row.cells) != len(headings):
-        wanted = "two numbers, distance and elevation" if len(headings) == 2 else f"{len(headings)} values"
-        message = f"expected {wanted}, found {len(row.cells)}"
-        if len(row.cells) == 2 * len(headings):
-            message += "; decimals take a point, not a comma"
-        mistakes.append(Mistake(str(path), row.line, 1, "", message))
+    if (uneven := text_table.uneven(path, headings, row)) is not None:
+        mistakes.append(uneven)
         return None
     values: list[float] = []
     for name, i in zip(("distance", "elevation"), at, strict=True):

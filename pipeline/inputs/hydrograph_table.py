@@ -45,8 +45,8 @@ def read(path: Path) -> HydrographTable:
     Raises
     ------
     BadInput
-        If it is no such table, with every line whose cells are not finite numbers, whose time does not
-        increase or is negative, or whose discharge is negative.
+        If it is no such table, with every line that has not one cell a heading, whose cells are not finite
+        numbers, whose time does not increase or is negative, or whose discharge is negative.
     OSError
         If the file cannot be read.
     """
@@ -56,13 +56,15 @@ def read(path: Path) -> HydrographTable:
     numbers: list[tuple[float, float]] = []
     mistakes: list[Mistake] = []
     for row in rows:
+        if (uneven := text_table.uneven(path, headings, row)) is not None:
+            mistakes.append(uneven)
+            continue
         found = []
         for i, factor in zip(columns, factors, strict=True):
-            text = row.cells[i] if i < len(row.cells) else ""
-            value = text_table.number(text)
-            at = row.columns[i] if i < len(row.columns) else 1
+            value, at = text_table.number(row.cells[i]), row.columns[i]
             if value is None:
-                mistakes.append(Mistake(str(path), row.line, at, "", text_table.wrong_number(text)))
+                said = text_table.wrong_number(row.cells[i])
+                mistakes.append(Mistake(str(path), row.line, at, "", said))
             elif value < 0:
                 said = f"expected a {headings[i].name} of 0 or more, found {value:g}"
                 mistakes.append(Mistake(str(path), row.line, at, "", said))

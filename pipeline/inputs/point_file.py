@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,6 +17,8 @@ from pipeline.mistakes import BadInput, Mistake
 COLUMNS = ("x", "y")
 WANTED = "a CSV file with the columns x and y"
 NETCDF = (".nc", ".nc4", ".cdf")
+# what pandas says of a line with more cells than the first
+_UNEVEN = re.compile(r"Expected (\d+) fields in line (\d+), saw (\d+)")
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,12 +55,14 @@ def _read_csv(path: Path) -> NDArray[np.float64]:
             path, skipinitialspace=True, encoding="utf-8-sig", dtype=str, keep_default_na=False
         )
     except (pd.errors.ParserError, pd.errors.EmptyDataError, UnicodeDecodeError) as error:
+        if uneven := _UNEVEN.search(str(error)):
+            wanted, line, found = uneven.groups()
+            raise BadInput([_more(path, int(wanted), int(line), found)]) from None
         found = f"expected a CSV file, found {str(error).rpartition('error: ')[2].strip()}"
         raise BadInput([Mistake(str(path), 1, 1, "", found)]) from None
     if not isinstance(frame.index, pd.RangeIndex):
         # pandas takes what stands before the first heading for names of rows
-        found = f"expected {len(frame.columns)} values a line, one a heading, found more"
-        raise BadInput([Mistake(str(path), 2, 1, "", found)])
+        raise BadInput([_more(path, len(frame.columns), 2, "more")])
     headings = [text_table.heading(str(name)) for name in frame]
     at = [text_table.column(headings, (name,)) for name in COLUMNS]
     if [len(each) for each in at] != [1, 1]:
@@ -103,6 +108,11 @@ def _read_netcdf(path: Path) -> NDArray[np.float64]:
         )
         raise BadInput([Mistake(str(path), 1, 1, "", found)])
     return points
+
+
+def _more(path: Path, wanted: int, line: int, found: str) -> Mistake:
+    said = f"expected {wanted} values a line, one a heading, found {found}; {text_table.POINTS}"
+    return Mistake(str(path), line, 1, "", said)
 
 
 def _missing(path: Path, names: list[str]) -> BadInput:

@@ -11,6 +11,8 @@ from pathlib import Path
 
 from pipeline.mistakes import BadInput, Mistake
 
+# what more cells than headings are likely of
+POINTS = "decimals take a point, not a comma"
 # mistakes of one file that are told one by one
 MOST_TOLD = 10
 SAMPLED = 4096
@@ -194,6 +196,17 @@ def heading(text: str) -> Heading:
 def column(headings: Sequence[Heading], names: Collection[str]) -> list[int]:
     """Find the columns whose heading is one of some names."""
     return [i for i, each in enumerate(headings) if each.name in names]
+
+
+def uneven(path: Path, headings: Sequence[Heading], row: Row) -> Mistake | None:
+    """Say that a row has more or fewer cells than there are headings; None where it has as many."""
+    wanted, found = len(headings), len(row.cells)
+    if found == wanted:
+        return None
+    expected = f"expected {wanted} values, {', '.join(each.text for each in headings)}, found {found}"
+    if found < wanted:
+        return Mistake(str(path), row.line, row.columns[-1], "", expected)
+    return Mistake(str(path), row.line, row.columns[wanted], "", f"{expected}; {POINTS}")
 
 
 def number(text: str) -> float | None:

@@ -478,7 +478,7 @@ def test_a_missing_file_and_a_file_that_is_no_text_are_told(tmp_path):
         ("d,z\n0,5\n1,4\n1,3\n", "t.csv:4:1: distance: expected a number above 1, the one before, found 1"),
         ("d,z\n0,5\n1,low\n", "t.csv:3:3: elevation: expected a finite number, found 'low'"),
         ("d,z\n0,5\n1,nan\n", "t.csv:3:3: elevation: expected a finite number, found 'nan'"),
-        ("d,z\n0,5\n1\n", "t.csv:3:1: expected two numbers, distance and elevation, found 1"),
+        ("d,z\n0,5\n1\n", "t.csv:3:1: expected 2 values, d, z, found 1"),
         (
             "d,z\n0,5\n",
             "t.csv:1:1: expected a line of headings and two or more of numbers, found 1 of numbers",

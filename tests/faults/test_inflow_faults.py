@@ -182,6 +182,14 @@ def test_the_same_is_refused_on_a_cloud(refused, old, new, message):
             "time (d),discharge\n0,0\n5,1\n",
             ["q.csv:1:1: expected s, min or h as the unit of a heading, found time (d)"],
         ),
+        (
+            "time,discharge\n0,0,0,0\n12,5,60,5\n30\n60,0\n",
+            [
+                "q.csv:2:5: expected 2 values, time, discharge, found 4; decimals take a point, not a comma",
+                "q.csv:3:6: expected 2 values, time, discharge, found 4; decimals take a point, not a comma",
+                "q.csv:4:1: expected 2 values, time, discharge, found 1",
+            ],
+        ),
         ("time,discharge\n0,0\n5,0\n", ["q.csv:1:1: expected a discharge above 0, found none"]),
         (
             "time,discharge\n0,1\n",

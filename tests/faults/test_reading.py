@@ -487,9 +487,16 @@ def test_points_are_read_by_their_headings_and_units(tmp_path, written, points):
     assert read_points(tmp_path / "p.csv").points == pytest.approx(np.array(points))
 
 
-def test_rows_with_more_values_than_headings_do_not_shift_points(tmp_path):
+@pytest.mark.parametrize(
+    ("rows", "place", "found"), [("1,2,9\n3,4,9\n", "2:1", "more"), ("1,2\n3,4,9\n", "3:1", "3")]
+)
+def test_rows_with_more_values_than_headings_do_not_shift_points(tmp_path, rows, place, found):
     from pipeline.inputs.point_file import read as read_points
 
-    (tmp_path / "p.csv").write_text("x,y\n1,2,9\n3,4,9\n")
-    with pytest.raises(BadInput, match=r"p.csv:2:1: expected 2 values a line, one a heading, found more"):
+    (tmp_path / "p.csv").write_text(f"x,y\n{rows}")
+    with pytest.raises(BadInput) as caught:
         read_points(tmp_path / "p.csv")
+    wanted = "expected 2 values a line, one a heading"
+    assert str(caught.value).endswith(
+        f"p.csv:{place}: {wanted}, found {found}; decimals take a point, not a comma"
+    )

@@ -97,7 +97,7 @@ HEADINGS = "t.csv:1:1: expected the headings distance and elevation, found"
         ),
         (
             "distance,elevation\n0,90\n100,0,50,5\n",
-            "t.csv:3:1: expected two numbers, distance and elevation, found 4; decimals take a point, not a comma",
+            "t.csv:3:7: expected 2 values, distance, elevation, found 4; decimals take a point, not a comma",
         ),
         (
             'distance,elevation\n0,90\n100,"50,5"\n',
