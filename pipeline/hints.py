@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
+from itertools import chain
+from math import atan, degrees
 from typing import Any
 
 # names that other tools and books use, and those of the keys here
@@ -38,7 +40,35 @@ _SYNONYMS: Mapping[str, str] = {
 _DIGITS = r"[-+]?[0-9]"
 _GROUPED = re.compile(rf"{_DIGITS}{{1,3}}([,' _][0-9]{{3}})+(\.[0-9]*)?")
 _DECIMAL_COMMA = re.compile(rf"{_DIGITS}*,[0-9]+")
-_WITH_UNIT = re.compile(r"([-+]?[0-9.]+([eE][-+]?[0-9]+)?)\s*[A-Za-z°/%][\w°/%^ -]*")
+_WITH_UNIT = re.compile(r"([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)\s*([A-Za-z°/%][\w°/%^ -]*)")
+# spellings of units, and units that others are brought to, each with its factor
+_SPELLINGS: Mapping[str, str] = {
+    **dict.fromkeys(("sec", "secs", "second", "seconds"), "s"),
+    **dict.fromkeys(("minute", "minutes"), "min"),
+    **dict.fromkeys(("hour", "hours", "hr", "hrs"), "h"),
+    **dict.fromkeys(("day", "days"), "d"),
+    **dict.fromkeys(("metre", "metres", "meter", "meters"), "m"),
+    **dict.fromkeys(("kilometre", "kilometres", "kilometer", "kilometers"), "km"),
+    **dict.fromkeys(("foot", "feet"), "ft"),
+    **dict.fromkeys(("litre", "litres", "liter", "liters"), "l"),
+    **dict.fromkeys(("°", "deg", "degree"), "degrees"),
+    **dict.fromkeys(("radian", "radians"), "rad"),
+    **dict.fromkeys(("a", "yr", "yrs", "year"), "years"),
+    "kmh": "km h-1",
+    "kph": "km h-1",
+}
+_FACTORS: Mapping[str, Mapping[str, float]] = {
+    "s": {"ms": 0.001, "min": 60.0, "h": 3600.0, "d": 86400.0},
+    "m": {"mm": 0.001, "cm": 0.01, "km": 1000.0, "ft": 0.3048},
+    "m3": {"l": 0.001, "km3": 1e9},
+    "m s-1": {"cm s-1": 0.01, "km h-1": 1 / 3.6},
+    "m3 s-1": {"l s-1": 0.001},
+    "kg m-3": {"g cm-3": 1000.0, "t m-3": 1000.0},
+    "pa": {"kpa": 1000.0, "mpa": 1e6},
+    "kpa": {"pa": 0.001, "mpa": 1000.0},
+    "degrees": {"rad": degrees(1.0)},
+    "": {"%": 0.01},
+}
 
 
 def meant(found: str, known: Iterable[str], elsewhere: Mapping[str, str] | None = None) -> str:
@@ -78,8 +108,16 @@ def of_key(found: str, value: Any) -> str:
     return ""
 
 
-def of_number(found: Any) -> str:
-    """Say how a text that was meant as a number is written; "" where nothing is known."""
+def of_number(found: Any, unit: str | None = None) -> str:
+    """Say how a text that was meant as a number is written; "" where nothing is known.
+
+    Parameters
+    ----------
+    found : Any
+        What was written.
+    unit : str, optional
+        That of the key, in CF notation, "" for a number without one; None where it is not known.
+    """
     if not isinstance(found, str):
         return ""
     text = found.strip()
@@ -90,9 +128,36 @@ def of_number(found: Any) -> str:
         return f". Write {plain}, without separators between digits"
     if _DECIMAL_COMMA.fullmatch(text):
         return f". Write {text.replace(',', '.')}, with a decimal point"
-    if unit := _WITH_UNIT.fullmatch(text):
-        return f". Write the number alone: {unit[1]}"
+    if parts := _WITH_UNIT.fullmatch(text):
+        return _in_unit(parts[1], parts[2], unit)
     return ""
+
+
+def _in_unit(number: str, found: str, unit: str | None) -> str:
+    """Say how a number with a unit is written for a key of another one or the same."""
+    if unit is None:
+        return ". Write the number alone, in the unit of the key"
+    own, other = _plain_unit(unit), _plain_unit(found)
+    if own == other:
+        return f". Write the number alone: {number}"
+    if own == "degrees" and other == "%":
+        return f". Write the slope of {number} % in degrees: {degrees(atan(float(number) / 100)):.3g}"
+    if (factor := _FACTORS.get(own, {}).get(other)) is not None:
+        digits = ".3g" if other == "rad" else ".10g"
+        alone = f"in {unit}" if unit else "as a share"
+        return f". Write it {alone}: {float(number) * factor:{digits}}"
+    return f". Write a number in {unit}" if unit else ". Write a number without a unit"
+
+
+def _plain_unit(unit: str) -> str:
+    """Give a unit in CF notation and small letters, as ``m3 s-1`` of ``m^3/s``."""
+    text = unit.strip().casefold().replace("^", "").replace("³", "3").replace("²", "2")
+    if text in _SPELLINGS:
+        return _SPELLINGS[text]
+    above, *below = ([_SPELLINGS.get(word, word) for word in part.split()] for part in text.split("/"))
+    for word in chain.from_iterable(below):
+        above.append(re.sub(r"(\d+)$", r"-\1", word if word[-1].isdigit() else f"{word}1"))
+    return " ".join(above)
 
 
 def of_length(found: Any, expected: int) -> str:

@@ -12,7 +12,7 @@ from pydantic_core import ErrorDetails
 from pipeline.hints import meant, of_key, of_length, of_number
 from pipeline.mistakes import Problem, describe
 from pipeline.scenario.strict_yaml import Path
-from pipeline.settings.section import ANY_KEY, choosing_key, kind, sections_of
+from pipeline.settings.section import ANY_KEY, OF_KEY, choosing_key, kind, sections_of
 from pipeline.settings.settings import Settings
 
 
@@ -89,7 +89,7 @@ def _explain(error: ErrorDetails, data: Mapping[str, Any]) -> Problem:
             return Problem(path, f"expected a mapping, found {describe(error['input'])}")
         found = describe(error["input"].get(name))
         return Problem((*path, name), f"expected one of {', '.join(tags)}, found {found}")
-    hint = of_number(error["input"]) if type_ in ("float_type", "int_type") else ""
+    hint = of_number(error["input"], _unit(loc)) if type_ in ("float_type", "int_type") else ""
     if type_ == "string_type" and path[-1:] == ("crs",) and isinstance(error["input"], int):
         hint = f'. Write "EPSG:{error["input"]}"'
     if type_ in ("too_short", "too_long"):
@@ -137,6 +137,17 @@ def _names(loc: tuple[int | str, ...]) -> tuple[str, ...]:
         if isinstance(part, str):
             names = (*names, ANY_KEY if names in _open() else part)
     return names
+
+
+def _unit(loc: tuple[int | str, ...]) -> str | None:
+    """Give the unit of the key at a location; None where it is none of its own."""
+    names = _names(loc)
+    for count in range(len(names) - 1, -1, -1):
+        info = model.model_fields.get(names[count]) if (model := _models().get(names[:count])) else None
+        if info is not None and isinstance(info.json_schema_extra, dict):
+            unit = str(info.json_schema_extra.get("unit", ""))
+            return None if unit == OF_KEY else unit
+    return None
 
 
 def _path(loc: tuple[int | str, ...], data: Any, missing: bool) -> Path:

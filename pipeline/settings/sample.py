@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
 
 from pipeline.settings.points import Seed
-from pipeline.settings.section import Positive, Section, check_finite_scalar, key, relation
+from pipeline.settings.section import OF_KEY, Positive, Section, check_finite_scalar, key, relation
 
 MOST_RUNS = 100_000
 # designs whose first draws are designs too
@@ -41,8 +41,8 @@ class Uniform(Section):
     """Every value between two bounds equally likely."""
 
     distribution: Literal["uniform"] = key("every value between two bounds equally likely")
-    lower: float = key("least value", "of the key")
-    upper: float = key("largest value", "of the key")
+    lower: float = key("least value", OF_KEY)
+    upper: float = key("largest value", OF_KEY)
 
     _check = model_validator(mode="after")(_ordered)
 
@@ -51,10 +51,10 @@ class Normal(Section):
     """The normal distribution, cut off where bounds are given."""
 
     distribution: Literal["normal"] = key("the normal distribution, cut off where bounds are given")
-    mean: float = key("mean before it is cut off", "of the key")
-    deviation: Positive = key("standard deviation before it is cut off", "of the key")
-    lower: float | None = key("no value below it", "of the key", None)
-    upper: float | None = key("no value above it", "of the key", None)
+    mean: float = key("mean before it is cut off", OF_KEY)
+    deviation: Positive = key("standard deviation before it is cut off", OF_KEY)
+    lower: float | None = key("no value below it", OF_KEY, None)
+    upper: float | None = key("no value above it", OF_KEY, None)
 
     _check = model_validator(mode="after")(_ordered)
 
@@ -63,10 +63,10 @@ class Lognormal(Section):
     """A distribution whose logarithm is normal, cut off where bounds are given."""
 
     distribution: Literal["lognormal"] = key("its logarithm is normal; cut off where bounds are given")
-    median: Positive = key("median before it is cut off", "of the key")
+    median: Positive = key("median before it is cut off", OF_KEY)
     deviation: Positive = key("standard deviation of the natural logarithm")
-    lower: Positive | None = key("no value below it", "of the key", None)
-    upper: Positive | None = key("no value above it", "of the key", None)
+    lower: Positive | None = key("no value below it", OF_KEY, None)
+    upper: Positive | None = key("no value above it", OF_KEY, None)
 
     _check = model_validator(mode="after")(_ordered)
 
@@ -75,9 +75,9 @@ class Triangular(Section):
     """A most likely value between two bounds, falling off in straight lines."""
 
     distribution: Literal["triangular"] = key("a most likely value between two bounds")
-    lower: float = key("least value", "of the key")
-    mode: float = key("most likely value", "of the key")
-    upper: float = key("largest value", "of the key")
+    lower: float = key("least value", OF_KEY)
+    mode: float = key("most likely value", OF_KEY)
+    upper: float = key("largest value", OF_KEY)
 
     _check = model_validator(mode="after")(_ordered)
 
@@ -93,7 +93,7 @@ class Discrete(Section):
     """One of a list of values."""
 
     distribution: Literal["discrete"] = key("one of a list of values")
-    values: Annotated[tuple[Scalar, ...], Field(min_length=1)] = key("the values", "of the key")
+    values: Annotated[tuple[Scalar, ...], Field(min_length=1)] = key("the values", OF_KEY)
     weights: tuple[Positive, ...] | None = key(
         "how likely each of them is, relative to the others. Default: all equally", default=None
     )

@@ -17,6 +17,8 @@ Pair = tuple[float, float]
 
 # Stands in a location for a key that is the user's own.
 ANY_KEY = "*"
+# unit of what is a value of the key that is varied
+OF_KEY = "of the key"
 
 
 class Section(BaseModel):

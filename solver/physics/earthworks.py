@@ -45,7 +45,7 @@ class Dam(Checked):
     height: float = parameter(
         "height of the crest above the ground along the line", "m", at_least=0, usual=(0.2, 30)
     )
-    side_slope: float = parameter("inclination of the sides", "degree", above=0, below=90)
+    side_slope: float = parameter("inclination of the sides", "degrees", above=0, below=90)
     crest_width: float = parameter("width of the crest", "m", default=0.0, at_least=0)
 
     @property
