@@ -236,11 +236,14 @@ def _system(found: object, given: str | None) -> str:
             "expected a reference system, found none in the file; write it as `crs: EPSG:2056`"
         )
     try:
-        system = CRS.from_user_input(given if found is None else found)
+        # one that is given beside that of the file is compared with it
+        asked = None if given is None else CRS.from_user_input(given)
+        system = asked if found is None else CRS.from_user_input(found)
     except CRSError:
         raise UnknownSystemError(
             f"expected a reference system, as EPSG:2056, found '{given}', which is none"
         ) from None
+    assert system is not None
     if (plan := in_plan(system.to_wkt())) != system.to_wkt():
         system = CRS.from_wkt(plan)
     if system.is_geographic:

@@ -90,6 +90,7 @@ class MapFiles:
                 except UnknownSystemError as error:
                     self._held[key] = Problem((*path[:-1], "crs"), str(error))
                 except (ElevationRasterError, OutlineError) as error:
-                    self._held[key] = Problem(path, f"{error} ({name})")
+                    folder = f"expected a file that can be read, found the folder {name}"
+                    self._held[key] = Problem(path, folder if file.is_dir() else f"{error} ({name})")
         found: T | Problem = self._held[key]
         return found

@@ -20,6 +20,7 @@ from pipeline.mistakes import BadInput, Mistake, Problem
 from pipeline.readable import percent
 from pipeline.scenario import endless, solver_objects, structures
 from pipeline.scenario.ground import GroundCheck
+from pipeline.scenario.missing_files import missing_files, not_found
 from pipeline.scenario.places import (
     crossing_structures,
     erodible_outside,
@@ -86,6 +87,8 @@ def check_document(document: Document, folder: FilePath) -> Checked:
     judge.lost.clear()
     judge.unusual.clear()
     problems += check_design(document.data, sample, problems, judge.check)
+    known = {problem.path for problem in problems}
+    problems += [each for each in missing_files(document.data, folder) if each.path not in known]
     told = {(mistake.line, mistake.column) for mistake in document.mistakes}
     mistakes = [document.mistake(p.path, p.message, at_key=p.at_key) for p in problems]
     mistakes = [mistake for mistake in mistakes if (mistake.line, mistake.column) not in told]
@@ -394,6 +397,8 @@ class _Judge:
         if name not in self.files:
             try:
                 self.files[name] = read(self.folder / name)
+            except FileNotFoundError:
+                self.files[name] = [Problem(path, not_found(self.folder / name))]
             except OSError as error:
                 found = f"expected a readable file, found {error.strerror}: {self.folder / name}"
                 self.files[name] = [Problem(path, found)]

@@ -338,7 +338,7 @@ SECTIONS = "gravity, terrain, release, inflow, material, erodible_bed, structure
         pytest.param(
             PLANE,
             TABLE,
-            "2:33: terrain.file: expected a readable file, found No such file or directory: missing.csv",
+            "2:33: terrain.file: expected a readable file, found none: missing.csv",
             id="missing table",
         ),
     ],

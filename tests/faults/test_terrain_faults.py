@@ -151,6 +151,48 @@ def test_a_system_with_heights_is_that_of_its_part_in_plan(folder):
     assert found.startswith("terrain.crs: expected 'unknown', the reference system of the file itself")
 
 
+def test_an_unknown_system_beside_that_of_the_file_is_told(folder):
+    found = line(folder, ("elevation: dem.tif", "elevation: dem.tif, crs: EPSG:99999"))
+    wanted = "expected a reference system, as EPSG:2056"
+    assert found == f"terrain.crs: {wanted}, found 'EPSG:99999', which is none"
+
+
+def test_a_folder_in_place_of_an_elevation_model(folder):
+    found = line(folder, ("elevation: dem.tif", "elevation: ."))
+    assert found == "terrain.elevation: expected a file that can be read, found the folder ."
+
+
+MISSING = (
+    ("dem.tif", "a.tif"),
+    ("releases.gpkg", "b.gpkg"),
+    ("time: {end: 60}", """\
+inflow: {name: creek, section: [[1, 2], [3, 4]], hydrograph: {file: c.csv}}
+receptors: {file: d.gpkg, layer: houses}
+erodible_bed: {polygons: e.gpkg, depth: f.tif, law: {model: growth-rate, growth: 0.02}}
+structures: [{kind: dam, line: g.gpkg, height: 5, side_slope: 34}]
+"""),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("more", [(), (("bed_friction", "bed_fricton"),)], ids=["alone", "with a typo"])
+def test_all_files_that_are_missing_are_told_at_once(folder, more):
+    with pytest.raises(BadInput) as caught:
+        load([written(folder, TEXT, *MISSING, *more)])
+    missing = [each for each in caught.value.mistakes if "found none" in each.message]
+    assert [(each.line, each.key) for each in missing] == [
+        (2, "terrain.elevation"),
+        (5, "release.polygons"),
+        (8, "inflow.hydrograph.file"),
+        (9, "receptors"),
+        (10, "erodible_bed.polygons"),
+        (10, "erodible_bed.depth"),
+        (11, "structures.0.line"),
+    ]
+    assert missing[0].message == f"expected a readable file, found none: {folder / 'a.tif'}"
+    typed = any("Did you mean 'bed_friction'" in each.message for each in caught.value.mistakes)
+    assert typed == bool(more)
+
+
 def test_what_was_written_is_told_where_it_stands(folder):
     write_raster(folder / "dem.tif", ground(), crs=None)
     found = line(folder, ("elevation: dem.tif", "elevation: dem.tif, crs: LV95"))
