@@ -14,6 +14,7 @@ from pipeline.scenario import solver_objects
 from pipeline.scenario.design import share_within
 from pipeline.scenario.strict_yaml import Path
 from pipeline.settings.sample import power_of_two
+from pipeline.settings.section import declared
 from pipeline.settings.settings import MATERIAL_DENSITY, Settings
 from pipeline.settings.surface import PolygonsRelease
 from pipeline.store.variables import ERODED
@@ -53,6 +54,7 @@ def unusual(settings: Settings) -> Iterator[tuple[Path, str]]:
                 )
     material: Any = settings.material
     of_law: Path = ("material",) if material.friction is None else ("material", "friction")
+    yield from _slopes(settings.terrain)
     yield from _angles(material, ("material",))
     if material.friction is not None:
         yield from _angles(material.friction, of_law)
@@ -65,6 +67,7 @@ def unusual(settings: Settings) -> Iterator[tuple[Path, str]]:
         told = _unusual(law, place)
         yield from ((path, why) for path, why in told if getattr(zone, str(path[-1]), None) is not None)
     if bed is not None:
+        yield from _angles(bed.law, ("erodible_bed", "law"))
         yield from _unusual(bed.erosion_law(material.density), ("erodible_bed", "law"))
         if not isinstance(bed.depth, str):
             yield from _far(bed.depth, ERODIBLE, "m", ("erodible_bed", "depth"))
@@ -73,6 +76,7 @@ def unusual(settings: Settings) -> Iterator[tuple[Path, str]]:
             yield from _far(getattr(inflow, name), usual, unit, ("inflow", i, name))
     for i, structure in enumerate(settings.structures):
         if structure.kind != "building":
+            yield from _angles(structure, ("structures", i))
             yield from _unusual(structure, ("structures", i), structure.source)
 
 
@@ -98,28 +102,46 @@ def of_depths(depths: ArrayLike) -> Iterator[tuple[Path, str]]:
 
 def _angles(section: Any, place: Path) -> Iterator[tuple[Path, str]]:
     """Say which angles are rather coefficients or radians, and which coefficients are rather angles."""
-    for name in ("bed_friction", "internal_friction"):
-        angle = getattr(section, name, None)
-        if angle is not None and 0 < angle < LEAST_ANGLE:
-            told = f"{angle:g} degrees are nearly none; mu = {angle:g} is written as friction_coefficient"
-            yield (*place, name), told
-    several = getattr(section, "angles", None)
-    if several is not None and max(several) < RADIANS:
-        told = ", ".join(f"{angle:g}" for angle in several)
-        yield (*place, "angles"), f"{told} degrees are nearly none: write degrees, no radians"
+    for name, angles in _degrees(section):
+        told = ", ".join(f"{angle:g}" for angle in angles)
+        if name == "bed_friction" and 0 < max(angles) < LEAST_ANGLE:
+            yield (
+                (*place, name),
+                f"{told} degrees are nearly none; mu = {told} is written as friction_coefficient",
+            )
+        elif name != "bed_friction" and 0 < max(angles) < RADIANS:
+            yield (*place, name), f"{told} degrees are nearly none: write degrees, no radians"
     coefficient = getattr(section, "friction_coefficient", None)
     if coefficient is not None and coefficient > LARGEST_COEFFICIENT:
         told = f"{coefficient:g} is far from what is usual, up to {LARGEST_COEFFICIENT:g}"
         yield (*place, "friction_coefficient"), f"{told}: degrees are written as bed_friction"
 
 
+def _degrees(section: Any) -> Iterator[tuple[str, tuple[float, ...]]]:
+    """List the angles of a section, each with its key."""
+    for name in type(section).model_fields:
+        held = getattr(section, name)
+        if held is not None and declared(section, name, "unit") == "degrees":
+            yield name, held if isinstance(held, tuple) else (held,)
+
+
+def _slopes(terrain: Any) -> Iterator[tuple[Path, str]]:
+    """Say that the slopes of a profile are rather radians; one of several may well be nearly level."""
+    held = [(("terrain",), terrain)]
+    held += [(("terrain", "segments", i), each) for i, each in enumerate(getattr(terrain, "segments", ()))]
+    found = [((*at, name), angles[0]) for at, section in held for name, angles in _degrees(section)]
+    if found and 0 < max(angle for _, angle in found) < RADIANS:
+        told = ", ".join(f"{angle:g}" for _, angle in found)
+        yield found[0][0], f"{told} degrees are nearly level: write degrees, no radians"
+
+
 def _unusual(held: Any, place: Path, source: type | None = None) -> Iterator[tuple[Path, str]]:
     """Look through the parameters of a law, or of a section of a ``source``."""
-    for each, declared in parameters(source or type(held)):
-        if declared.usual is not None:
-            name = declared.key or each.name
+    for each, known in parameters(source or type(held)):
+        if known.usual is not None:
+            name = known.key or each.name
             path: Path = ("material", name) if name == "density" else (*place, name)
-            yield from _far(getattr(held, each.name), declared.usual, declared.unit, path)
+            yield from _far(getattr(held, each.name), known.usual, known.unit, path)
 
 
 def _far(value: Any, usual: tuple[float, float], unit: str, path: Path) -> Iterator[tuple[Path, str]]:

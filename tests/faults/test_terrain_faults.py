@@ -157,6 +157,14 @@ def test_an_unknown_system_beside_that_of_the_file_is_told(folder):
     assert found == f"terrain.crs: {wanted}, found 'EPSG:99999', which is none"
 
 
+def test_sides_of_a_dam_in_radians_are_warned_of(folder):
+    dam = f"kind: dam, line: [[{WEST + 100}, {NORTH - 60}], [{WEST + 100}, {NORTH - 120}]], height: 2"
+    for angle, said in ((0.6, True), (34, False)):
+        found = told(folder, ("time:", f"structures: [{{{dam}, side_slope: {angle}}}]\ntime:"))
+        wanted = "structures.0.side_slope: 0.6 degrees are nearly none: write degrees, no radians"
+        assert (wanted in found) == said
+
+
 def test_a_folder_in_place_of_an_elevation_model(folder):
     found = line(folder, ("elevation: dem.tif", "elevation: ."))
     assert found == "terrain.elevation: expected a file that can be read, found the folder ."

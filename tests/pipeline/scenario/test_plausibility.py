@@ -155,6 +155,34 @@ def test_friction_of_another_unit_is_warned_of_in_all_spellings(material, told):
     assert told in line
 
 
+@pytest.mark.parametrize(
+    ("key", "section", "told"),
+    [
+        (
+            "terrain",
+            {"profile": "bend", "angle": 0.6, "start": 10, "end": 15},
+            "terrain.angle: 0.6, 0 degrees are nearly level: write degrees, no radians",
+        ),
+        (
+            "terrain",
+            {
+                "profile": "segments",
+                "joint": 4,
+                "segments": [{"start": 0, "angle": 0.5}, {"start": 20, "angle": 0.1}],
+            },
+            "terrain.segments.0.angle: 0.5, 0.1 degrees are nearly level: write degrees, no radians",
+        ),
+        (
+            "material",
+            {"bed_friction": 0.4, "internal_friction": 0.6, "earth_pressure": "mohr-coulomb"},
+            "material.internal_friction: 0.6 degrees are nearly none: write degrees, no radians",
+        ),
+    ],
+)
+def test_radians_are_warned_of(key, section, told):
+    assert any(told in line for line in warned(**{key: section}))
+
+
 def test_zones_of_usual_friction_are_not_warned_of_for_their_material():
     assert warned(material=with_zone(bed_friction=20)) == ()
     (line,) = warned(material={**with_zone(bed_friction=20), "turbulent_friction": 2})
