@@ -9,6 +9,7 @@ from itertools import chain
 from math import atan, degrees
 from typing import Any
 
+Pair = tuple[float, float]
 # names that other tools and books use, and those of the keys here
 _SYNONYMS: Mapping[str, str] = {
     "mu": "friction_coefficient",
@@ -165,3 +166,35 @@ def of_length(found: Any, expected: int) -> str:
     if isinstance(found, tuple) and found and len(found) == 2 * expected:
         return ". Decimals are written with a point: [0.5, 1.5]"
     return ""
+
+
+def of_place(corners: Iterable[Iterable[float]], x: Pair, y: Pair, files: str = "", crs: str = "") -> str:
+    """Say where corners lie that are outside bounds, and what may be wrong with their coordinates.
+
+    Parameters
+    ----------
+    corners : iterable of (easting, northing)
+        m.
+    x, y : tuple of float
+        The bounds, m.
+    files : str
+        That the corners are from; "" for the scenario itself.
+    crs : str
+        Reference system of the bounds, as it is called, if it may be what is wrong.
+    """
+    (x0, x1), (y0, y1) = (
+        (round(float(min(each)), 2), round(float(max(each)), 2)) for each in zip(*corners, strict=True)
+    )
+    place = f", x from {x0:.12g} to {x1:.12g} and y from {y0:.12g} to {y1:.12g} m"
+    if hint := of_exchanged((x0, x1), (y0, y1), x, y):
+        return f"{place}{hint}"
+    named = (
+        f"the reference systems of {files} and of the elevation model" if files else "the reference system"
+    )
+    return f"{place}; check {named}, {crs}" if crs else place
+
+
+def of_exchanged(found_x: Pair, found_y: Pair, x: Pair, y: Pair) -> str:
+    """Say that what lies outside bounds lies within once its coordinates are exchanged; "" if it does not."""
+    meet = found_y[0] <= x[1] and found_y[1] >= x[0] and found_x[0] <= y[1] and found_x[1] >= y[0]
+    return "; exchange them: eastings come first" if meet else ""

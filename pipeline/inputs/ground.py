@@ -11,9 +11,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pipeline.hints import of_exchanged
 from pipeline.inputs import elevation_raster
 from pipeline.inputs.elevation_raster import ElevationRaster, RasterExtent
 from pipeline.inputs.outlines import Outline
+from pipeline.inputs.reference_system import called
 from pipeline.mistakes import Problem
 from pipeline.readable import percent
 from pipeline.settings.section import Pair
@@ -165,8 +167,11 @@ def beyond(domain: Domain, extent: RasterExtent) -> Problem | None:
         low, high = getattr(domain, axis)
         if low < west - SLIVER * extent.spacing or high > east + SLIVER * extent.spacing:
             wanted = f"expected a domain on the elevation model, which covers {axis} from {west:.12g} to"
+            hint = of_exchanged(domain.x, domain.y, *extent.edges)
+            if not hint and (high < west or low > east):
+                hint = f"; write coordinates of its reference system, {called(extent.crs)}"
             return Problem(
-                ("domain", axis), f"{wanted} {east:.12g} m, found [{low:.12g}, {high:.12g}]",
+                ("domain", axis), f"{wanted} {east:.12g} m, found [{low:.12g}, {high:.12g}]{hint}",
                 related=(("domain", axis), ("terrain", "elevation")),
             )  # fmt: skip
     return None

@@ -236,7 +236,7 @@ def _brought(corners: Array, system: Any, crs: str, where: str) -> Array:
     return found
 
 
-def _check_degrees(geometry: Any, system: str, where: str) -> None:
+def _check_degrees(geometry: Any, system: str, where: str, *, json: bool) -> None:
     """Refuse what cannot be degrees in a file whose reference system has degrees."""
     from rasterio.crs import CRS
 
@@ -244,10 +244,12 @@ def _check_degrees(geometry: Any, system: str, where: str) -> None:
         return
     if CRS.from_user_input(system).is_geographic:
         x, y, *_ = geometry.bounds
-        raise OutlineError(
-            f"expected degrees, as in {system}, which GeoJSON is in where it says nothing else, found "
-            f"{where} at {x:.12g}, {y:.12g}; export it with its reference system, or as GeoPackage"
-        )
+        found = f"found {where} at {x:.12g}, {y:.12g}"
+        if json:
+            said = f"expected degrees, as in {system}, which GeoJSON is in where it says nothing else"
+            raise OutlineError(f"{said}, {found}; export it with its reference system, or as GeoPackage")
+        fix = "ogr2ogr -a_srs EPSG:... gives it the reference system that its coordinates are of"
+        raise OutlineError(f"expected degrees, as in {system}, that of the file, {found}; {fix}")
 
 
 def _check_simple(geometry: Any, where: str) -> None:
@@ -281,8 +283,9 @@ def _features(
         expected = f"expected {wanted} as GeoPackage, GeoJSON or Shapefile"
         raise OutlineError(f"{expected}, found {path.name}, which is none: {error}") from None
     if meta["crs"] is None:
-        found = f"found none in {path.name}; a Shapefile has it in .prj"
-        raise OutlineError(f"expected a reference system, {found}")
+        shapefile = path.suffix.lower() == ".shp"
+        fix = "a Shapefile has it in .prj" if shapefile else "ogr2ogr -a_srs EPSG:... gives the file one"
+        raise OutlineError(f"expected a reference system, found none in {path.name}; {fix}")
     names = [str(name) for name in meta["fields"]]
     features: list[tuple[Any, str, str, dict[str, Any]]] = []
     made = list(shapely.from_wkb(geometries))
@@ -301,7 +304,7 @@ def _features(
         name = str(given) if given else f"{number + 1}"
         where = f"feature {number + 1} ('{name}')" if given else f"feature {number + 1}"
         where = f"{where} of {path.name}"
-        _check_degrees(geometry, meta["crs"], where)
+        _check_degrees(geometry, meta["crs"], where, json=path.suffix.lower() in (".geojson", ".json"))
         features.append((geometry, name, where, values))
     return meta["crs"], features
 

@@ -7,7 +7,9 @@ from pathlib import Path as FilePath
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from pipeline.hints import of_place
 from pipeline.inputs.elevation_raster import ElevationRaster, RasterExtent
 from pipeline.inputs.ground import SLIVER, Ground, around, beyond, doubtful, fitted
 from pipeline.inputs.map_files import MapFiles
@@ -30,6 +32,7 @@ from pipeline.scenario.plausibility import DEEP, too_deep
 from pipeline.scenario.solver_objects import Outlines
 from pipeline.scenario.strict_yaml import Path
 from pipeline.settings.receptor import Receptor, source_of
+from pipeline.settings.section import Pair
 from pipeline.settings.settings import Domain, Settings
 from pipeline.settings.structures import place_of
 from pipeline.settings.surface import ElevationTerrain, PolygonsRelease
@@ -63,6 +66,7 @@ class GroundCheck:
         self._noted: set[str] = set()
         self._overlaps: dict[Any, list[tuple[float, int, int]]] = {}
         self._reach = 0.0
+        self._extent: RasterExtent | None = None
         self.held: Ground | None = None
         self.from_file = False
 
@@ -89,7 +93,7 @@ class GroundCheck:
                 f"expected {called(extent.crs)}, the reference system of the file itself, found {terrain.crs}"
             )
             return settings, [Problem(("terrain", "crs"), f"{wanted}; leave it out ({terrain.elevation})")]
-        first = extent if self.held is None else self.held.extent
+        first = self._extent = extent if self.held is None else self.held.extent
         if extent.crs != first.crs:
             wanted = f"expected elevation models in one reference system, {called(first.crs)}"
             return settings, [Problem(at, f"{wanted}, found {called(extent.crs)} ({terrain.elevation})")]
@@ -276,7 +280,9 @@ class GroundCheck:
         inside = [each for each, part in zip(made, parts, strict=True) if part > 0]
         where = "on the elevation model" if settings.domain is None else "in the domain"
         if not inside:
-            return Problem(path, f"expected places {where}, found {len(made)} outside ({name})")
+            corners = np.concatenate([each.corners for each in made])
+            found = f"{len(made)} {self._outside(corners, bounds, name)}"
+            return Problem(path, f"expected places {where}, found {found} ({name})")
         said = {
             "lie outside the domain and are left out": 0.0,
             "stick out of it; the part inside counts": 0.5,
@@ -341,7 +347,10 @@ class GroundCheck:
             ):
                 bounds = "x [{:.12g}, {:.12g}] and y [{:.12g}, {:.12g}]".format(*domain.x, *domain.y)
                 wanted = f"expected an erodible bed in the domain, {bounds}"
-                return [Problem((*path, "polygons"), f"{wanted}, found polygons outside ({bed.polygons})")]
+                held = solver_objects.chosen(bed.name, held)
+                corners = np.concatenate([ring for outline in held for ring in outline.rings])
+                found = f"polygons {self._outside(corners, domain, bed.polygons)}"
+                return [Problem((*path, "polygons"), f"{wanted}, found {found} ({bed.polygons})")]
         return []
 
     def _note(
@@ -415,8 +424,9 @@ class GroundCheck:
                 bounds = "x [{:.12g}, {:.12g}] and y [{:.12g}, {:.12g}]".format(*domain.x, *domain.y)
                 place = f"in the domain, {bounds}" if known else "on the elevation model"
                 wanted = f"expected a release {place}, where there is data"
+                place = self._outside(np.concatenate(outline.rings), domain, release.polygons)
                 problems.append(
-                    Problem(path, f"{wanted}, found {where} outside", related=(path, ("domain",)))
+                    Problem(path, f"{wanted}, found {where} {place}", related=(path, ("domain",)))
                 )
             elif inside < 1 - SLIVER:
                 ends = "the domain" if known else "the elevation model"
@@ -426,6 +436,20 @@ class GroundCheck:
                 narrow = f"{where} is about {wide:.2g} m wide, narrower than a cell of {closest:g} m"
                 self.doubts[path, f"{where}, width"] = f"{narrow}, which its depth is spread over"
         return problems
+
+    def _outside(self, corners: NDArray[np.float64], domain: Domain, file: str) -> str:
+        """Say where corners lie that have no part in a domain, or on data, and what may be wrong."""
+        low, high = corners.min(axis=0), corners.max(axis=0)
+
+        def apart(x: Pair, y: Pair) -> bool:
+            return bool((high < (x[0], y[0])).any() or (low > (x[1], y[1])).any())
+
+        if not apart(domain.x, domain.y):
+            return "outside or on no data"
+        assert self._extent is not None
+        # what lies beside the domain on the elevation model is in the right reference system
+        crs = called(self._extent.crs) if apart(*self._extent.edges) else ""
+        return f"outside{of_place(corners, domain.x, domain.y, file, crs)}"
 
 
 def _depth(release: PolygonRelease) -> float:

@@ -10,6 +10,7 @@ from math import isfinite
 import numpy as np
 from numpy.typing import NDArray
 
+from pipeline.hints import of_exchanged, of_place
 from pipeline.inputs.elevation_raster import ElevationRaster, RasterExtent
 from pipeline.inputs.ground import clipped
 from pipeline.inputs.polygons import crossing, reaches
@@ -175,13 +176,10 @@ def off_the_model(settings: Settings, outlines: Outlines, extent: RasterExtent) 
         (x0, y0), (x1, y1) = corners.min(axis=0), corners.max(axis=0)
         if _meets((x0, x1), (y0, y1), extent):
             continue
-        found = f"{name} outside, x from {x0:.12g} to {x1:.12g} and y from {y0:.12g} to {y1:.12g} m"
-        fix = ""
-        if _meets((y0, y1), (x0, x1), extent):
-            fix = "; exchange them: eastings come first"
-        elif file:
-            fix = f"; check the reference systems of {file} and of the elevation model, {called(extent.crs)}"
-        message = f"expected {kind} on the elevation model, which covers {covered}, found {found}{fix}"
+        where = of_place(corners, *extent.edges, file, called(extent.crs) if file else "")
+        message = (
+            f"expected {kind} on the elevation model, which covers {covered}, found {name} outside{where}"
+        )
         problems.append(Problem(path, message, related=(path,)))
     return problems
 
@@ -375,8 +373,8 @@ def receptors_outside(settings: Settings) -> tuple[list[Problem], dict[Path, str
         if part == 0:
             x, y = receptor.corners[0]
             found = f"expected places in the domain, {bounds}, found [{x:.12g}, {y:.12g}]"
-            if settings.on_surface and domain.holds(y, x):
-                found += "; exchange them: eastings come first"
+            if settings.on_surface:
+                found += of_exchanged((x, x), (y, y), domain.x, domain.y)
             problems.append(Problem(path, found))
         elif part < 1:
             cut[path] = f"sticks out of the domain, {bounds}; the part inside counts"

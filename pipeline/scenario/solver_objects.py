@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.hints import alike
+from pipeline.hints import alike, of_exchanged
 from pipeline.mistakes import describe
 from pipeline.settings import points as points_settings
 from pipeline.settings.erodible_bed import ErodibleBed as ErodibleSettings
@@ -318,7 +318,7 @@ def misplaced(
     slack = 1e-6 * (lattice.spacing if isinstance(lattice, Lattice) else min(map(np.ptp, bounds)))
     reach = 0.5 * (lattice.spacing if isinstance(lattice, Lattice) else _mean_spacing(settings)) + slack
     for i, each in enumerate(inflows(settings, hydrographs, outlines)):
-        off = _off(each.line, bounds, slack) or _crosses_itself(each.line)
+        off = _off(each.line, bounds, slack, settings) or _crosses_itself(each.line)
         if off := off or _on_given_depth(each.line, settings, reach):
             yield "inflow", i, off
             continue
@@ -336,7 +336,7 @@ def misplaced(
         if among is not None and found.placed.meets(among[1]):
             yield "inflow", i, "expected a section clear of buildings, found one that meets a building"
     for i, section in enumerate(sections(settings)):
-        if off := _off(section.line, bounds, slack) or _crosses_itself(section.line):
+        if off := _off(section.line, bounds, slack, settings) or _crosses_itself(section.line):
             yield "sections", i, off
             continue
         try:
@@ -363,12 +363,16 @@ def _closest_spacing(settings: Settings) -> float:
     return given.closest if isinstance(given, points_settings.GradedPoints) else _mean_spacing(settings)
 
 
-def _off(line: Line, extent: tuple[tuple[float, float], tuple[float, float]], slack: float) -> str:
+def _off(
+    line: Line, extent: tuple[tuple[float, float], tuple[float, float]], slack: float, settings: Settings
+) -> str:
     """Say which corner of a line lies outside, with all its digits; "" for none."""
     if (corner := outside(line, extent, slack)) is None:
         return ""
     bounds = "x [{:.12g}, {:.12g}] and y [{:.12g}, {:.12g}]".format(*extent[0], *extent[1])
-    return f"expected a section inside the domain, {bounds}, found [{corner[0]:.12g}, {corner[1]:.12g}]"
+    x, y = corner
+    hint = of_exchanged((x, x), (y, y), *extent) if settings.on_surface else ""
+    return f"expected a section inside the domain, {bounds}, found [{x:.12g}, {y:.12g}]{hint}"
 
 
 def _crosses_itself(line: Line) -> str:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pipeline.hints import of_place
 from pipeline.inputs.outlines import Outline
 from pipeline.mistakes import Problem
 from pipeline.readable import percent
@@ -224,7 +225,11 @@ def judge(
                 *settings.bounds.x, *settings.bounds.y
             )
             wanted = f"expected a {structure.kind} in the domain, {bounds}"
-            problems.append(Problem(path, f"{wanted}, found one outside", related=(path, ("domain",))))
+            where = ""
+            if settings.on_surface:
+                corners = [corner for each in held for ring in each.rings for corner in ring]
+                where = of_place(corners, settings.bounds.x, settings.bounds.y)
+            problems.append(Problem(path, f"{wanted}, found one outside{where}", related=(path, ("domain",))))
             continue
         said = [f"{_named(outside)} outside the domain, without effect"] if outside else []
         if structure.kind == "building":

@@ -240,7 +240,7 @@ def test_a_release_on_no_data(folder):
     elevation = ground()
     elevation[10:30, :15] = -9999.0
     write_raster(folder / "dem.tif", elevation)
-    assert "where there is data, found 'slide' of releases.gpkg outside" in line(folder)
+    assert "where there is data, found 'slide' of releases.gpkg outside or on no data" in line(folder)
 
 
 def test_a_polygon_smaller_than_a_cell(folder):
@@ -317,6 +317,56 @@ def test_what_lies_off_an_elevation_model_whose_domain_is_found(folder, more, ke
     (one,) = str(caught.value).splitlines()
     assert f"{key} on the elevation model, which covers x from {WEST:.12g} to" in one
     assert found in one
+
+
+CHECK = "check the reference systems of releases.gpkg and of the elevation model, EPSG:2056"
+EASTINGS = "exchange them: eastings come first"
+
+
+@pytest.mark.parametrize(
+    ("release", "said"),
+    [
+        ((NORTH - 120, WEST + 20, NORTH - 80, WEST + 50), f"y from 2600020 to 2600050 m; {EASTINGS}"),
+        ((390_000, 5_200_000, 390_050, 5_200_050), f"y from 5200000 to 5200050 m; {CHECK}"),
+    ],
+    ids=["exchanged", "another system"],
+)
+def test_a_release_outside_of_a_domain_is_told_with_its_place(folder, release, said):
+    shapes(folder, shapely.box(*release))
+    west, _, east, _ = release
+    where = f"outside, x from {west:.12g} to {east:.12g} and {said}"
+    assert line_of(folder, TEXT.replace(*DEPTH)).endswith(f"found 'slide' of releases.gpkg {where}")
+
+
+@pytest.mark.parametrize(
+    ("more", "key"),
+    [
+        (SECTION % EXCHANGED, "sections.0.line"),
+        (DAM % EXCHANGED, "structures.0.line"),
+        (HOUSE % EXCHANGED.replace("]]", f"], [{NORTH - 60}, {WEST + 90}]]"), "receptors.0"),
+    ],
+)
+def test_coordinates_that_are_exchanged_are_told_within_a_domain(folder, more, key):
+    found = line_of(folder, TEXT + more)
+    assert key in found
+    assert found.endswith(EASTINGS)
+
+
+def test_a_domain_off_the_elevation_model_is_told_with_what_may_be_meant(folder):
+    west, south, east, north = WEST + 2.5, NORTH - 197.5, WEST + 297.5, NORTH - 2.5
+    exchanged = f"domain: {{x: [{south}, {north}], y: [{west}, {east}]}}"
+    assert line_of(folder, TEXT.replace(DOMAIN, exchanged)).endswith(EASTINGS)
+    degrees = "domain: {x: [7.43, 7.45], y: [46.9, 47]}"
+    assert line_of(folder, TEXT.replace(DOMAIN, degrees)).endswith(
+        "found [7.43, 7.45]; write coordinates of its reference system, EPSG:2056"
+    )
+
+
+def line_of(folder, text):
+    with pytest.raises(BadInput) as caught:
+        load([written(folder, text)])
+    (one,) = str(caught.value).splitlines()
+    return one
 
 
 def test_a_release_of_another_reference_system_than_it_says(folder):
