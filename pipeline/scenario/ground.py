@@ -347,10 +347,10 @@ class GroundCheck:
             ):
                 bounds = "x [{:.12g}, {:.12g}] and y [{:.12g}, {:.12g}]".format(*domain.x, *domain.y)
                 wanted = f"expected an erodible bed in the domain, {bounds}"
-                held = solver_objects.chosen(bed.name, held)
-                corners = np.concatenate([ring for outline in held for ring in outline.rings])
-                found = f"polygons {self._outside(corners, domain, bed.polygons)}"
-                return [Problem((*path, "polygons"), f"{wanted}, found {found} ({bed.polygons})")]
+                outlines = solver_objects.chosen(bed.name, held)
+                corners = np.concatenate([ring for outline in outlines for ring in outline.rings])
+                where = f"polygons {self._outside(corners, domain, bed.polygons)}"
+                return [Problem((*path, "polygons"), f"{wanted}, found {where} ({bed.polygons})")]
         return []
 
     def _note(

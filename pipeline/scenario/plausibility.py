@@ -127,7 +127,7 @@ def _degrees(section: Any) -> Iterator[tuple[str, tuple[float, ...]]]:
 
 def _slopes(terrain: Any) -> Iterator[tuple[Path, str]]:
     """Say that the slopes of a profile are rather radians; one of several may well be nearly level."""
-    held = [(("terrain",), terrain)]
+    held: list[tuple[Path, Any]] = [(("terrain",), terrain)]
     held += [(("terrain", "segments", i), each) for i, each in enumerate(getattr(terrain, "segments", ()))]
     found = [((*at, name), angles[0]) for at, section in held for name, angles in _degrees(section)]
     if found and 0 < max(angle for _, angle in found) < RADIANS:

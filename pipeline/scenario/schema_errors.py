@@ -50,7 +50,8 @@ def _models() -> dict[tuple[str, ...], type[BaseModel]]:
 def keys_elsewhere() -> Mapping[str, str]:
     """Keys of the sections that may be varied, each with its dotted key; of several the first."""
     found: dict[str, str] = {}
-    for loc, model in _models().items():
+    # those of numerical schemes are the last that are meant
+    for loc, model in sorted(_models().items(), key=lambda each: each[0][:1] == ("scheme",)):
         # keys of the items of a list are not where a single key may have been meant
         if loc[:1] in (("inflow",), ("sections",)):
             continue

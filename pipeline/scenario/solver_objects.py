@@ -150,6 +150,8 @@ def with_attributes(outline: Outline, *names: str) -> str:
     """Say what a polygon has as some attributes, or which others it has where it has none of these."""
     given = [(name, outline.attributes[name]) for name in names if outline.attributes.get(name) is not None]
     held = [f"{name} {describe(value)}" + ", which is text" * isinstance(value, str) for name, value in given]
+    if empty := [name for name in names if name in outline.attributes and not given]:
+        return f"'{outline.name}' whose attribute {' and '.join(empty)} is empty"
     known = f"the attributes {', '.join(outline.attributes)}" if outline.attributes else "no attributes"
     return f"'{outline.name}' with {' and '.join(held) or known}"
 

@@ -27,8 +27,9 @@ class HydrographFile(Section):
     advice = "measured or computed discharge"
     shape: Literal["file"] = key("hydrograph of a file; may be left out, as `file` says it", default="file")
     file: str = key(
-        "CSV with one header line and columns `time` (s, increasing) and `discharge` (m3/s, not negative), "
-        "relative to the scenario file; its content is part of the scenario",
+        "CSV with one header line and columns `time` (increasing) and `discharge` (not negative), in s and "
+        "m3/s unless the heading says another unit: `time (min)` or `(h)`, `discharge (l/s)`; relative to the "
+        "scenario file; its content is part of the scenario",
         min_length=1,
     )
 

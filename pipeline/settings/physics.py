@@ -40,8 +40,8 @@ _TABLE = section_with(
         "file": (
             str,
             key(
-                "CSV with one header line and columns of distance and elevation in m, relative to the "
-                "scenario file",
+                "CSV with one header line and columns of distance and elevation, in m unless the heading "
+                "says another unit: `distance (km)`, `elevation (ft)`; relative to the scenario file",
                 min_length=1,
             ),
         )

@@ -606,6 +606,7 @@ def test_a_domain_is_left_out_only_where_it_can_be_found(tmp_path, points, sides
         (TIME, "time:\n  end: 20'000", "time.end: expected a number, found '20'000'. Write 20000, without separators between digits"),
         (TIME, "time:\n  end: 1,5", "time.end: expected a number, found '1,5'. Write 1.5, with a decimal point"),
         ("end: 1", "end: 30 s", "time.end: expected a number, found '30 s'. Write the number alone: 30"),
+        (TIME, "time: {end: 1}\nreceptors: [{name: a, point: [1, 0], threshold: 1}]", "receptors.0.threshold: .* Did you mean 'output.threshold'?"),
         ("end: 1", "end: 10 min", "time.end: expected a number, found '10 min'. Write it in s: 600"),
         ("end: 1", "end: 1, max_wall: 1.5 h", "time.max_wall: expected a number, found '1.5 h'. Write it in s: 5400"),
         ("end: 1", "end: 2 m", "time.end: expected a number, found '2 m'. Write a number in s"),

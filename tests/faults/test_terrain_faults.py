@@ -236,6 +236,11 @@ def test_a_release_outside_of_the_elevation_model(folder):
     assert "found 'slide' of releases.gpkg outside" in found
 
 
+def test_a_release_whose_depth_is_empty(folder):
+    write_polygons(folder / "releases.gpkg", {"slide": (20, -120, 50, -80)}, depth=np.nan)
+    assert "found 'slide' whose attribute depth is empty (releases.gpkg)" in line(folder)
+
+
 def test_a_release_on_no_data(folder):
     elevation = ground()
     elevation[10:30, :15] = -9999.0

@@ -94,6 +94,22 @@ def test_differences_are_told_key_by_key(scenario_file):
     ]
 
 
+def test_of_files_and_draws_it_is_told_what_changed_and_not_what_follows():
+    one, other = "a" * 64, "b" * 64
+    held = {"terrain": {"elevation": "dem.tif"}, "map_files": {"elevation": one}, "sample": {"count": 4}}
+    before = {**held, "draws": one}
+
+    def told(**new):
+        return differences(json.dumps(before), json.dumps({**before, **new}))
+
+    content = "map_files.elevation: the content of dem.tif around the domain has changed"
+    assert told(map_files={"elevation": other}) == [content]
+    assert told(sample={"count": 8}, draws=other) == ["sample.count: was 4, is 8"]
+    assert told(draws=other) == ["draws: the values drawn have changed, as with another version of SciPy"]
+    moved = told(map_files={"elevation": other}, terrain={"elevation": "new.tif"})
+    assert moved == ["terrain.elevation: was 'dem.tif', is 'new.tif'"]
+
+
 def test_the_order_of_a_sweep_counts(scenario_file):
     sweeps = (
         "sweep: {gravity: [1, 2], terrain.angle: [3, 4]}\n",
@@ -127,7 +143,8 @@ def test_a_table_is_found_beside_its_scenario_and_counts_for_the_digest(scenario
     assert first.warnings == ()
     table.write_text("distance,elevation\n0,10\n5,5\n20,2\n")
     (second,) = load([path])
-    assert differences(first.content, second.content)[0].startswith("tables.slope.csv: was ")
+    told = "tables.slope.csv: the content of slope.csv has changed"
+    assert differences(first.content, second.content) == [told]
 
 
 def test_a_domain_beyond_its_table_is_warned_of(scenario_file, tmp_path):
