@@ -143,8 +143,12 @@ def complete(
     left: list[Todo] = []
     kinds: set[Kind] = set()
     with ExitStack() as stack:
-        with stages(console, "prepare"):
-            made = _shared(scenarios, out, replaced, retry_failed, console, count)
+        try:
+            with stages(console, "prepare"):
+                made = _shared(scenarios, out, replaced, retry_failed, console, count)
+        except KeyboardInterrupt:
+            console.print("interrupted while preparing: no run has begun", highlight=False)
+            raise
         for scenario, runs, shared in made:
             kinds |= shared.kinds
             path = store_path(out, scenario.name)

@@ -15,12 +15,12 @@ from pipeline.inputs import elevation_table, hydrograph_table, point_file, refer
 from pipeline.inputs.elevation_table import ElevationTable
 from pipeline.inputs.ground import Ground
 from pipeline.inputs.hydrograph_table import HydrographTable
+from pipeline.inputs.missing_files import missing_files, not_found
 from pipeline.inputs.point_file import PointFile
 from pipeline.mistakes import BadInput, Mistake, Problem
 from pipeline.readable import percent
 from pipeline.scenario import endless, solver_objects, structures
 from pipeline.scenario.ground import GroundCheck
-from pipeline.scenario.missing_files import missing_files, not_found
 from pipeline.scenario.places import (
     crossing_structures,
     erodible_outside,

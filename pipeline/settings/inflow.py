@@ -28,8 +28,8 @@ class HydrographFile(Section):
     shape: Literal["file"] = key("hydrograph of a file; may be left out, as `file` says it", default="file")
     file: str = key(
         "CSV with one header line and columns `time` (increasing) and `discharge` (not negative), in s and "
-        "m3/s unless the heading says another unit: `time (min)` or `(h)`, `discharge (l/s)`; relative to the "
-        "scenario file; its content is part of the scenario",
+        "m3/s unless the heading says another unit: `time (min)` or `(h)`, `discharge (l/s)`; relative to "
+        "the scenario file; its content is part of the scenario",
         min_length=1,
     )
 

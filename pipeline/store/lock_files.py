@@ -24,8 +24,8 @@ class TakenError(Exception):
 def held(out: Path) -> Iterator[None]:
     """Hold a folder, made where it is missing.
 
-    The system lets go of the lock when the process ends, however it ends. The file stays: removing it would
-    let two processes hold locks on two files of one name.
+    The system lets go of the lock when the process ends, however it ends. The file stays, but where nothing
+    was written beside it; then it goes, and the folder with it if it was made for the lock.
 
     Raises
     ------
@@ -34,9 +34,10 @@ def held(out: Path) -> Iterator[None]:
     OSError
         If the folder cannot be made or written.
     """
+    own = not out.exists() or (out / LOCK).exists()
     with _opened(out, LOCK) as lock:
         for _ in _tries():
-            if _locked(lock, fcntl.LOCK_EX):
+            if _locked(lock, fcntl.LOCK_EX) and _there(lock, out):
                 break
         else:
             raise TakenError(f"{out} is in use by {_holder(lock)}")
@@ -45,6 +46,11 @@ def held(out: Path) -> Iterator[None]:
             yield
         finally:
             _sign(lock, "")
+            # a user may have moved it away
+            if out.is_dir() and [each.name for each in out.iterdir()] == [LOCK]:
+                (out / LOCK).unlink()
+                if own:
+                    out.rmdir()
 
 
 @contextmanager
@@ -66,7 +72,7 @@ def held_in_part(out: Path, index: int, count: int, scenarios: str) -> Iterator[
                 alone = True
                 _sign(lock, role)
             # another may come between the two; what is signed then is theirs
-            if _locked(lock, fcntl.LOCK_SH) and _holder(lock) == role:
+            if _locked(lock, fcntl.LOCK_SH) and _holder(lock) == role and _there(lock, out):
                 break
             alone = False
             fcntl.flock(lock, fcntl.LOCK_UN)
@@ -98,6 +104,14 @@ def _opened(out: Path, name: str) -> Iterator[IO[str]]:
     out.mkdir(parents=True, exist_ok=True)
     with os.fdopen(os.open(out / name, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644), "r+") as file:
         yield file
+
+
+def _there(lock: IO[str], out: Path) -> bool:
+    """Whether a file is still that of its name; locks on one that was removed keep nobody off."""
+    try:
+        return os.path.samestat(os.fstat(lock.fileno()), (out / LOCK).stat())
+    except FileNotFoundError:
+        return False
 
 
 def _tries() -> Iterator[None]:

@@ -14,6 +14,7 @@ import pytest
 from batches import computed, counts, interrupt, run, start_driver, until
 from stub_solvers import FAILS, KILLS, OVERRUNS, RAISES, breaking, by_friction, slow
 
+import pipeline
 from pipeline.batch.driver import FEW_RUNS, ChangedError
 from pipeline.batch.interrupts import MESSAGE, heard
 from pipeline.batch.local_workers import workers
@@ -205,6 +206,25 @@ def test_an_interrupt_while_the_workers_start_ends_the_batch(scenario_file, out,
     assert process.returncode == 130, shown
     assert "Traceback" not in shown
     assert counts(out / "box.zarr") == {Status.PENDING: 2}
+
+
+@pytest.mark.parametrize("before", [None, "empty", "other.txt"])
+def test_an_interrupt_before_the_first_run_is_told_and_leaves_nothing(
+    scenario_file, out, monkeypatch, capsys, before
+):
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("pipeline.batch.driver.settled_together", interrupted)
+    if before:
+        out.mkdir()
+    if before == "other.txt":
+        (out / before).touch()
+    with pytest.raises(KeyboardInterrupt):
+        pipeline.run([scenario_file()], out)
+    assert "interrupted while preparing: no run has begun" in capsys.readouterr().out
+    left = sorted(each.name for each in out.iterdir()) if out.exists() else None
+    assert left == {None: None, "empty": [], "other.txt": [".lock", "other.txt"]}[before]
 
 
 def test_workers_that_do_not_end_in_time_are_killed_and_spoil_nothing(monkeypatch):

@@ -120,7 +120,7 @@ def test_points_of_a_file_are_taken_as_they_are(scenario, tmp_path, suffix):
     [
         ("1,0\n2,1\nx,1\n", "points.csv:4:1: x: expected a finite number, found 'x'"),
         ("1,0\n2,1\n3,\n", "points.csv:4:1: y: expected a finite number, found ''"),
-        ("1,0\n2,1\n3,1,4,5\n", "points.csv:1:1: expected a CSV file, found"),
+        ("1,0\n2,1\n3,1,4,5\n", "points.csv:4:1: expected 2 values a line, one a heading, found 4"),
     ],
 )
 def test_a_bad_file_of_points_is_told_by_line(scenario, tmp_path, rows, message):
@@ -182,7 +182,7 @@ def test_points_that_do_not_fit_are_named_before_anything_is_written(scenario, t
         ),
         (
             "{layout: file, path: none.csv}",
-            "30: points.path: expected a readable file, found No such file or directory: ",
+            "30: points.path: expected a readable file, found none: ",
         ),
         (
             "{layout: poisson-disc, count: 99, form: 3}",

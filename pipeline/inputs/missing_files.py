@@ -7,8 +7,8 @@ from pathlib import Path as FilePath
 from typing import Any
 
 from pipeline.mistakes import Problem
-from pipeline.scenario.strict_yaml import Path
 
+Path = tuple[str | int, ...]
 # keys whose text is the name of a file; a number stands for any item of a list, which one item may stand for
 _KEYS: tuple[Path, ...] = (
     ("terrain", "elevation"),
