@@ -315,7 +315,7 @@ class TestAttributes:
     def test_without_a_return_period_is_refused(self, attributed):
         line = refused(attributed((30.0, np.nan)), self.SWEEP, self.SMALL)
         assert "expected an attribute return_period of each polygon above 0" in line
-        assert "found 'large' with the attributes" in line
+        assert "found 'large' whose attribute return_period is empty" in line
 
     def test_of_several_return_periods_in_a_run_are_refused(self, attributed):
         all_of_them = ("time:", "return_periods: polygons\ntime:"), (", name: slide", "")
