@@ -1,7 +1,7 @@
 """How results on the chute change from one spacing to the next, under each choice of the earth pressure.
 
 ``python -m pipeline.studies.convergence`` prints the tables. ``--finest 0.05`` stops at that spacing in two
-dimensions, and takes a minute; the default, 0.025, takes ten. ``--cloud`` adds those on clouds,
+dimensions, and takes two minutes; the default, 0.025, takes ten. ``--cloud`` adds those on clouds,
 ``--law smooth`` leaves the other laws out, and
 ``--cost`` measures their processor time instead.
 """
