@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -20,6 +21,7 @@ from pipeline.inputs.polygons import crossing
 from pipeline.inputs.raster_band import scaled
 from pipeline.readable import percent
 from pipeline.scenario.scenario import stored
+from solver.release.polygons import ring_area
 
 Array = NDArray[np.float64]
 OUTLINES = (".gpkg", ".geojson", ".json", ".shp")
@@ -251,16 +253,11 @@ def _on_bed(path: Path, store: xr.Dataset, cells: Cells, threshold: float) -> Ob
             wanted = "expected the corners of an outline in turn around the deposit"
             raise ObservationError(f"{path}: {wanted}, found {why}")
         depth, covered = None, Outline(np.vstack([places, places[:1]])).contains_points(cells.points)
-        whole, inside = _area(places), _area(_clipped(places, low, high))
+        part = _clipped(places, low, high)
+        whole, inside = abs(ring_area(places)), abs(ring_area(part)) if len(part) else 0.0
         share = 1 - inside / whole if whole > 0 else 0.0
         _refuse_outside(path, share, (places.min(axis=0), places.max(axis=0)), store, cells)
     return Observed(covered, depth)
-
-
-def _area(corners: Array) -> float:
-    """Area of a polygon of corners in turn, shape (corners, 2), m2."""
-    x, y = corners.T if len(corners) else np.zeros((2, 1))
-    return 0.5 * abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1)))
 
 
 def _clipped(corners: Array, low: Array, high: Array) -> Array:
@@ -288,8 +285,10 @@ def _table(path: Path) -> pd.DataFrame:
             if (found := text_table.obstacle(path)) is not None:
                 raise ValueError(f"found {found}")
             try:
-                table = pd.read_csv(path)
-            except pd.errors.ParserError:
+                # a row with a cell too many would be shifted, or cut, with a warning alone
+                with warnings.catch_warnings(action="error", category=pd.errors.ParserWarning):
+                    table = pd.read_csv(path, index_col=False)
+            except (pd.errors.ParserError, pd.errors.ParserWarning):
                 raise ValueError("found lines of another number of values") from None
         names = [name for name in ("x", "y", "depth") if name in table]
         if names[:2] != ["x", "y"]:

@@ -133,6 +133,7 @@ def test_accepted_runs_narrow_the_parameters(made, outline):
         ("x,y,depth\n1,2,nan\n", "expected finite numbers"),
         ("x,y\n1,a\n", "expected x, y and perhaps depth"),
         ("x,y\n1,2\n1,2,3,4\n", "in m: found lines of another number of values"),
+        ("x,y,depth\n1,2,0,5\n1,3,0,5\n", "in m: found lines of another number of values"),
         (
             "x,y\n2,0\n6,4\n6,0\n2,4\n",
             r"expected the corners of an outline in turn around the deposit, found Self-intersection\[4 2\]",
