@@ -22,6 +22,8 @@ T = TypeVar("T", xr.DataArray, NDArray[np.float64], float)
 # coordinate of an ensemble
 DENSITY = "flow_density"
 PASCALS = 1000.0
+# times of a run that differ by a smaller share are one
+CLOSE = 1e-9
 
 
 def on_surface(store: xr.Dataset) -> bool:
@@ -88,8 +90,8 @@ def follow(store: xr.Dataset, threshold: float | None = None) -> xr.Dataset:
     Dataset
         Over ``run`` and ``time``: ``front_x``, ``tail_x``, ``half_width`` (half the extent across the bed) of
         the body, m, on an elevation model ``lowest_elevation``, m, and ``body_area`` in plan, m2; ``volume``,
-        m3; ``volume_error``, relative to the first frame and but for what was entrained; ``deepest``, m;
-        ``body_speed`` and ``film_speed``, the largest ones, m s-1. NaN where a frame was not computed.
+        m3; ``volume_error``, that of the ledger, see `_volume_error`; ``deepest``, m; ``body_speed`` and
+        ``film_speed``, the largest ones, m s-1. NaN where a frame was not computed.
     """
     depth, over = store["depth"], space(store)
     if threshold is None:
@@ -100,8 +102,6 @@ def follow(store: xr.Dataset, threshold: float | None = None) -> xr.Dataset:
     speed = (store["velocity_x"] ** 2 + store["velocity_y"] ** 2) ** 0.5
     x, y = store["x"].where(body), store["y"].where(body)
     volume = (depth.astype(np.float64) * cell_area(store)).sum(over)
-    # what the flow has taken up from its bed is no error
-    taken = store["entrained"] if "entrained" in store.variables else 0.0
     if on_surface(store):
         plan = plan_area(store)
         extent = {
@@ -117,7 +117,7 @@ def follow(store: xr.Dataset, threshold: float | None = None) -> xr.Dataset:
     found = {
         **extent,
         "volume": volume,
-        "volume_error": (volume - taken) / volume.isel(time=0) - 1,
+        "volume_error": _volume_error(store, volume),
         "deepest": depth.max(over),
         "body_speed": speed.where(body).max(over),
         "film_speed": speed.where((depth > 0) & ~body).max(over).fillna(0),
@@ -130,6 +130,22 @@ def follow(store: xr.Dataset, threshold: float | None = None) -> xr.Dataset:
             for name, values in found.items()
         }
     )
+
+
+def _volume_error(store: xr.Dataset, volume: xr.DataArray) -> xr.DataArray:
+    """Give the error of the volume ledger in each frame, relative to the volume released, come in and entrained.
+
+    Entrainment is kept by frame, inflow and outflow by run alone. Of a run that has one of these the error is
+    known at its release and from its last state on, and NaN between.
+    """
+    first = volume.isel(time=0, drop=True)
+    entrained = store["entrained"] if "entrained" in store.variables else xr.zeros_like(volume)
+    gained, lost = store["volume_in"], store["volume_out"]
+    ended = store["time"] >= store["last_time"] * (1 - CLOSE)
+    expected = first + entrained + (gained - lost).where(ended, 0.0)
+    total = first + entrained + gained
+    known = ended | (store["time"] == 0) | ((gained == 0) & (lost == 0))
+    return ((volume - expected) / total.where(total > 0)).where(known)
 
 
 def pressure(speed: T, density: T | float) -> T:
