@@ -133,7 +133,7 @@ def follow(store: xr.Dataset, threshold: float | None = None) -> xr.Dataset:
 
 
 def _volume_error(store: xr.Dataset, volume: xr.DataArray) -> xr.DataArray:
-    """Give the error of the volume ledger in each frame, relative to the volume released, come in and entrained.
+    """Give the error of the volume ledger by frame, relative to what was released, came in and was entrained.
 
     Entrainment is kept by frame, inflow and outflow by run alone. Of a run that has one of these the error is
     known at its release and from its last state on, and NaN between.
