@@ -12,8 +12,8 @@ from pipeline.assess.tables import behind
 from pipeline.emulation.errors import NotEmulatedError
 from pipeline.emulation.sampled import Sampled
 from pipeline.hazard.discretisation import ONE_SPACING
-from pipeline.store.variables import STATUS, Status
 from solver.emulator import support
+from solver.emulator.extrapolation import inside
 from solver.emulator.levels import Draws
 from solver.emulator.outline import measures, moved
 from solver.emulator.posterior import LEAST_EFFECTIVE, Measured, Posterior
@@ -34,9 +34,11 @@ def posterior_table(
 ) -> pd.DataFrame:
     """Table quantiles of each sampled parameter before and after an observation.
 
-    Runs that came to rest are measured: area, centre, spread, ends and width of their deposits. Each measure
-    that leave-one-out supports is emulated, on the closest spacing where there are levels, and compared. What
-    changes from the widest spacing to it is the ``_discretisation`` of each quantile.
+    Runs that came to rest within the domain are measured: area, centre, spread, ends and width of their
+    deposits. Each measure that leave-one-out supports is emulated, on the closest spacing where there are
+    levels, and compared. What changes from the widest spacing to it is the ``_discretisation`` of each
+    quantile. ``left_out`` says how many runs were overrun or cut off: the emulator gives what they would have
+    left.
 
     Parameters
     ----------
@@ -98,10 +100,10 @@ def emulated_measures(runs: Sampled, threshold: float) -> dict[str, Scalar]:
     NotEmulatedError
         If too few runs came to rest.
     """
-    rows = [_at_rest(runs, level) for level in range(len(runs.stores))]
+    rows = [_settled(runs, level) for level in range(len(runs.stores))]
     inputs = [runs.inputs.of(store)[some] for store, some in zip(runs.stores, rows, strict=True)]
     if few := support.of_runs(len(rows[0]), inputs[0].shape[1]):
-        raise NotEmulatedError(f"{few} that came to rest")
+        raise NotEmulatedError(f"{few} that came to rest within the domain")
     if alike := support.of_places(inputs[0]):
         raise NotEmulatedError(f"{alike}, of those that came to rest")
     for level in range(1, len(rows)):
@@ -125,11 +127,24 @@ def emulated_measures(runs: Sampled, threshold: float) -> dict[str, Scalar]:
     return found
 
 
-def _at_rest(runs: Sampled, level: int) -> Rows:
-    """Give the runs of the sample that are computed on a level and came to rest there."""
-    states = [Status(int(state)) for state in runs.stores[level][STATUS.name].to_numpy()]
-    usable = runs.usable[level][runs.usable[level] < len(states)]
-    return np.array([row for row in usable if not states[row].is_cut_off], np.intp)
+def _settled(runs: Sampled, level: int) -> Rows:
+    """Give the runs of the sample that are computed on a level and came to rest there within the domain."""
+    rows = runs.usable[level][~runs.unsettled[level]]
+    settled: Rows = rows[rows < runs.stores[level].sizes["run"]]
+    return settled
+
+
+def _left_out(runs: Sampled) -> str:
+    """Say how many runs of the sample have no deposit to be measured; empty where all have one."""
+    usable = runs.usable[0][runs.usable[0] < runs.counted]
+    some = _settled(runs, 0)
+    unsettled = np.setdiff1d(usable, some)
+    if not unsettled.size:
+        return ""
+    places = runs.at(0)
+    beyond = int((~inside(places[unsettled], places[some])).sum())
+    told = f"{unsettled.size} of {usable.size} computed runs were overrun or cut off"
+    return f"{told}; the emulator stands for them" + (f", {beyond} of them extrapolated" if beyond else "")
 
 
 def _measured(store: xr.Dataset, rows: Rows, threshold: float) -> dict[str, Array]:
@@ -157,6 +172,7 @@ def _rows(
             error = allowance(after - before, 1 if coarse is None else 2)
             row |= {f"posterior_{end}_discretisation": float(q) for end, q in zip(ENDS, error, strict=True)}
             said = {"effective_draws": found.effective, "measures": ", ".join(used), "spacing": told}
+            said["left_out"] = _left_out(runs)
             rows.append(row | said)
         column += width
     return rows

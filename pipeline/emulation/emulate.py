@@ -15,7 +15,7 @@ from pipeline.emulation.missing import missing_runs
 from pipeline.emulation.places import receptor_rows
 from pipeline.emulation.sampled import Sampled, sampled
 from pipeline.emulation.scenario_quantiles import emulated_scalars, quantile_rows
-from pipeline.emulation.thresholds import fitted, left_plain
+from pipeline.emulation.thresholds import fitted, left_plain, with_probabilities
 from pipeline.hazard.place_maps import about
 from pipeline.settings.hazard import Hazard
 from pipeline.store.place import store_paths
@@ -60,17 +60,19 @@ def emulate(runs: Sampled, asked: Hazard, count: int = DRAWS) -> Emulated:
         Draws of maps; single numbers are over `MORE_FOR_NUMBERS` times as many.
     """
     few, many = runs.inputs.draws(count), runs.inputs.draws(count * MORE_FOR_NUMBERS)
-    chosen = fitted(runs, asked)
+    chosen = with_probabilities(runs, fitted(runs, asked), few, many)
     scalars = emulated_scalars(runs)
-    rows = [*(each.row(runs.name) for each in chosen), *(each.row(runs.name) for each in scalars)]
+    rows = [*(each.row(runs) for each in chosen), *(each.row(runs) for each in scalars)]
     found = {
         "leave-one-out": pd.DataFrame([*rows, *left_plain(runs)]),
         "emulated-scenarios": pd.DataFrame(quantile_rows(runs, scalars, many)),
-        "emulated-receptors": pd.DataFrame(receptor_rows(runs, asked, chosen, many)),
+        "emulated-receptors": pd.DataFrame(receptor_rows(runs, chosen)),
         "emulated-missing": pd.DataFrame(missing_runs(runs, chosen, scalars)),
     }
     comment = f"{count:,} draws emulated from {runs.words}{_filled(found['emulated-missing'])}"
-    maps = mapped(runs, chosen, few)
+    if runs.told_of_unsettled:
+        comment += f"; probabilities are lower bounds, as {runs.told_of_unsettled}"
+    maps = mapped(runs, chosen)
     if maps is not None:
         store = runs.stores[0]
         maps = maps.assign_attrs(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import dask
 import numpy as np
@@ -13,31 +13,34 @@ from pipeline.assess.frames import on_surface
 from pipeline.assess.probability import BOUNDS
 from pipeline.assess.probability import exceedance as plain_exceedance
 from pipeline.emulation.sampled import Sampled
-from pipeline.emulation.thresholds import Threshold, exceedances_of
+from pipeline.emulation.thresholds import Threshold, with_errors
 from pipeline.hazard.mapping import THREADS, without_buildings
 from pipeline.hazard.quantities import BOUND_NAMES, QUANTITIES, Quantity, values_of
 from pipeline.store.variables import COORDINATES, SURFACE_COORDINATES
-from solver.emulator.exceedance import REST, Exceedance
-from solver.emulator.levels import Draws
+from solver.emulator.exceedance import REST
 
 Array = NDArray[np.float64]
 EMULATED = "_emulated"
-ERRORS = {
+ENDINGS = {
+    "_upper": "with runs that were overrun or cut off counted as exceeding it",
     "_sampling": "half width of its 95 % interval for the few runs, and for missing ones",
     "_discretisation": "half width of its allowance for the spacing; missing with one spacing",
-    "_error": "half width of its total error; with one spacing of sampling alone",
+    "_error": (
+        "half width of its total error, with what runs that were overrun or cut off may add; with one "
+        "spacing without that of the spacing"
+    ),
 }
 
 
-def mapped(runs: Sampled, chosen: Sequence[Threshold], draws: Draws) -> xr.Dataset | None:
+def mapped(runs: Sampled, chosen: Sequence[Threshold]) -> xr.Dataset | None:
     """Map the thresholds that leave-one-out supports; None where there is none.
 
     Returns
     -------
     Dataset
         Over ``y`` and ``x`` of the finest level: ``<quantity>_emulated`` by ``<quantity>_threshold`` with
-        ``_sampling``, ``_discretisation`` and ``_error``, and the share of the runs ``<quantity>_exceedance``
-        with its bounds, of the coarsest level.
+        ``_upper``, ``_sampling``, ``_discretisation`` and ``_error``, and the share of the runs
+        ``<quantity>_exceedance`` with its bounds, of the coarsest level.
     """
     grid = runs.whole[-1]
     found = xr.Dataset(coords={name: c for name, c in grid.coords.items() if "run" not in c.dims})
@@ -48,19 +51,29 @@ def mapped(runs: Sampled, chosen: Sequence[Threshold], draws: Draws) -> xr.Datas
         some = [
             each
             for each in chosen
-            if each.quantity == quantity and not each.receptor and not each.verdict.refused
+            if each.quantity == quantity and not each.receptor and each.found is not None
         ]
         if some:
-            found.update(_quantity(runs, quantity, some, draws))
+            found.update(_quantity(runs, quantity, some))
     return without_buildings(found) if len(found.data_vars) else None
 
 
-def _quantity(runs: Sampled, quantity: Quantity, some: Sequence[Threshold], draws: Draws) -> xr.Dataset:
-    layers: dict[str, list[Array]] = {ending: [] for ending in ("", *ERRORS)}
-    chosen = [each.chosen for each in some if each.chosen is not None]
-    for result in exceedances_of(runs, chosen, draws, mapped=True):
-        for ending, held in with_errors(result).items():
-            layers[ending].append(_laid(runs, held, 0.0 if ending == "" else REST))
+def _quantity(runs: Sampled, quantity: Quantity, some: Sequence[Threshold]) -> xr.Dataset:
+    layers: dict[str, list[Array]] = {ending: [] for ending in ("", *ENDINGS)}
+    # where no run comes
+    several, levels = len(runs.stores) > 1, range(len(runs.stores))
+    unsettled = max(float(runs.level_weight(level) @ runs.unsettled[level]) for level in levels)
+    outside = {
+        "": 0.0,
+        "_upper": unsettled,
+        "_sampling": REST,
+        "_discretisation": REST if several else np.nan,
+        "_error": REST + unsettled,
+    }
+    for each in some:
+        assert each.found is not None
+        for ending, held in with_errors(each.found, unsettled=each.unsettled).items():
+            layers[ending].append(_laid(runs, held, outside[ending]))
     dim = f"{quantity.name}_threshold"
     thresholds = [each.threshold for each in some]
     about = {"long_name": f"threshold of the {quantity.long_name}", "units": quantity.units}
@@ -68,24 +81,10 @@ def _quantity(runs: Sampled, quantity: Quantity, some: Sequence[Threshold], draw
     words = f"emulated share of events whose {quantity.long_name} exceeds the threshold"
     name = f"{quantity.name}{EMULATED}"
     for ending, maps in layers.items():
-        said = words if not ending else f"{words}: {ERRORS[ending]}"
+        said = words if not ending else f"{words}: {ENDINGS[ending]}"
         whole = np.stack(maps).astype(np.float32)
         found[name + ending] = ((dim, "y", "x"), whole, {"long_name": said, "units": "1"})
     return found.merge(_plain(runs, quantity, thresholds, dim))
-
-
-def with_errors(result: Exceedance, typical: float | None = None) -> Mapping[str, Array]:
-    """Give probabilities and their errors by the endings of their names.
-
-    The error of one level is that of sampling: nothing is known of its spacing.
-    """
-    total = result.total(typical) if result.levels > 1 else result.sampling + REST
-    return {
-        "": result.probability,
-        "_sampling": result.sampling,
-        "_discretisation": result.discretisation(typical),
-        "_error": total,
-    }
 
 
 def _laid(runs: Sampled, values: Array, beyond: float) -> Array:

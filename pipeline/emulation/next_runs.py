@@ -5,19 +5,23 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from pipeline.emulation.errors import NotEmulatedError
 from pipeline.emulation.places import COLUMNS
 from pipeline.emulation.sampled import Sampled
-from pipeline.emulation.thresholds import SIZES, exceedance_of, limit_of
+from pipeline.emulation.thresholds import SIZES, exceedance_of, limit_of, unsettled_share, with_errors
 from pipeline.hazard.quantities import QUANTITIES, Quantity
 from pipeline.hints import meant
 from pipeline.scenario.design import ChosenRuns
 from pipeline.settings.settings import Settings
 from solver.emulator import support
 from solver.emulator.choice import most_telling
-from solver.emulator.exceedance import REST, Exceedance
+from solver.emulator.exceedance import Exceedance
 from solver.emulator.fields import Chosen, choose
 
+Array = NDArray[np.float64]
 # draws that runs are chosen among
 DRAWS = 16384
 FORM = re.compile(
@@ -89,31 +93,31 @@ def chosen_runs(runs: Sampled, target: Target, count: int) -> ChosenRuns:
     NotEmulatedError
         If leave-one-out does not support what is emulated at the receptor.
     """
-    emulator = _emulator(runs, target)
+    emulator, unsettled = _emulator(runs, target)
     words = _unsupported(emulator)
     if words:
         raise NotEmulatedError(f"{target}: leave-one-out does not support choosing runs: {words}")
     rows = most_telling(emulator.levels, emulator.level, runs.inputs.draws(DRAWS), count)
     if not rows.size:
         raise NotEmulatedError(f"{target}: every place of the sample is a run already")
-    origin = f"{runs.words}: {_told(_probability(runs, emulator))}"
+    origin = f"{runs.words}: {_told(_probability(runs, emulator), unsettled)}"
     return ChosenRuns(str(target), runs.inputs.values(DRAWS, rows), origin)
 
 
 def known_of(runs: Sampled, target: Target) -> str:
     """Say what the runs give of a target: ``probability 0.016, error 0.004``, or why nothing."""
-    emulator = _emulator(runs, target)
+    emulator, unsettled = _emulator(runs, target)
     verdict = support.of_exceedance(emulator.score)
-    return verdict.refused or _told(_probability(runs, emulator))
+    return verdict.refused or _told(_probability(runs, emulator), unsettled)
 
 
 def probability_of(runs: Sampled, target: Target) -> Exceedance:
     """Give the probability of a target, whatever leave-one-out says."""
-    return _probability(runs, _emulator(runs, target))
+    return _probability(runs, _emulator(runs, target)[0])
 
 
-def _emulator(runs: Sampled, target: Target) -> Chosen:
-    """Emulator of what reaches the receptor.
+def _emulator(runs: Sampled, target: Target) -> tuple[Chosen, Array | float]:
+    """Emulator of what reaches the receptor, and what runs that were overrun or cut off may add to it.
 
     Raises
     ------
@@ -131,7 +135,7 @@ def _emulator(runs: Sampled, target: Target) -> Chosen:
         raise NotEmulatedError(
             f"{target}: a threshold of {target.threshold:g} is too low to be told from dry"
         )
-    return places[target.receptor, limit]
+    return places[target.receptor, limit], unsettled_share(runs, fields, limit, target.receptor)
 
 
 def _unsupported(emulator: Chosen) -> str:
@@ -151,6 +155,9 @@ def _probability(runs: Sampled, emulator: Chosen) -> Exceedance:
     return exceedance_of(runs, emulator, runs.inputs.draws(DRAWS))
 
 
-def _told(found: Exceedance) -> str:
-    total = found.total() if found.levels > 1 else found.sampling + REST
-    return f"probability {found.probability[0]:.4f}, error {total[0]:.4f}"
+def _told(found: Exceedance, unsettled: Array | float) -> str:
+    held = {ending: float(value[0]) for ending, value in with_errors(found, unsettled=unsettled).items()}
+    told = f"probability {held['']:.4f}, error {held['_error']:.4f}"
+    if held["_upper"] == held[""]:
+        return told
+    return f"{told}, up to {held['_upper']:.4f} with the runs that were overrun or cut off"

@@ -10,19 +10,14 @@ from pipeline.assess.ensemble import censored, weights
 from pipeline.assess.probability import Values
 from pipeline.assess.receptors import reached
 from pipeline.assess.tables import behind
-from pipeline.emulation.maps import with_errors
 from pipeline.emulation.sampled import Sampled
-from pipeline.emulation.thresholds import Threshold, exceedances_of
-from pipeline.settings.hazard import Hazard
-from solver.emulator.levels import Draws
+from pipeline.emulation.thresholds import Threshold, with_errors
 
 # columns of what reaches receptors in a run
 COLUMNS = {"depth": "max_depth", "speed": "max_speed", "pressure": "max_pressure"}
 
 
-def receptor_rows(
-    runs: Sampled, asked: Hazard, chosen: Sequence[Threshold], draws: Draws
-) -> Iterator[dict[str, object]]:
+def receptor_rows(runs: Sampled, chosen: Sequence[Threshold]) -> Iterator[dict[str, object]]:
     """Table the probability of each threshold at each receptor, a row each."""
     some = [each for each in chosen if each.receptor and each.quantity.name in COLUMNS]
     if not some:
@@ -31,9 +26,6 @@ def receptor_rows(
     by_run = {str(name): rows for name, rows in reached(store).groupby("receptor")}
     open_ended = censored(store).to_numpy()
     nothing = np.zeros_like(open_ended)
-    given = [(each, each.chosen) for each in some if each.chosen is not None and not each.verdict.refused]
-    found = exceedances_of(runs, [chosen for _, chosen in given], draws)
-    results = {id(each): result for (each, _), result in zip(given, found, strict=True)}
     for each in some:
         values = by_run[each.receptor][COLUMNS[each.quantity.name]].to_numpy(np.float64)
         plain = Values(values, weights(store), open_ended, nothing).exceedance([each.threshold])
@@ -45,9 +37,9 @@ def receptor_rows(
             "units": each.quantity.units,
             **{f"probability{bound}": float(part[0]) for bound, part in plain.by_bound.items()},
         }
-        errors = dict.fromkeys(("", "_sampling", "_discretisation", "_error"), np.nan)
-        if id(each) in results:
-            given_errors = with_errors(results[id(each)]).items()
-            errors |= {ending: float(value[0]) for ending, value in given_errors}
+        errors = dict.fromkeys(("", "_upper", "_sampling", "_discretisation", "_error"), np.nan)
+        if each.found is not None:
+            given = with_errors(each.found, unsettled=each.unsettled).items()
+            errors |= {ending: float(value[0]) for ending, value in given}
         row |= {f"emulated{ending}": value for ending, value in errors.items()}
         yield row | {"verdict": each.verdict.word, "reason": each.verdict.reason}

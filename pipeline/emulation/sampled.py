@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from pipeline.assess.ensemble import computed, counts, ensemble
+from pipeline.assess.ensemble import censored, computed, counts, ensemble
 from pipeline.assess.frames import densities, threshold_of
 from pipeline.assess.probability import Values
 from pipeline.assess.receptors import Cells
@@ -140,6 +140,25 @@ class Sampled:
             before = self.root_rows(level - 1, found[-1])
             found.append(rows[np.isin(self.root_rows(level, rows), before)])
         return tuple(found)
+
+    @cached_property
+    def unsettled(self) -> tuple[NDArray[np.bool_], ...]:
+        """Whether the usable runs of each level were overrun or cut off, and may have gone farther."""
+        held = (np.concatenate([censored(store) for store in level]) for level in self.pool)
+        return tuple(states[rows] for states, rows in zip(held, self.usable, strict=True))
+
+    def level_weight(self, level: int) -> Array:
+        """Weight of the usable runs of a level, their sum is 1; chosen ones count too."""
+        rows = self.usable[level]
+        return self.weight(self.root_rows(level, rows)) if level else self.judged(rows)
+
+    @property
+    def told_of_unsettled(self) -> str:
+        """Say how many of the usable runs were overrun or cut off; empty where none was."""
+        count = sum(int(states.sum()) for states in self.unsettled)
+        if not count:
+            return ""
+        return f"{count} of {sum(map(len, self.usable))} computed runs were overrun or cut off"
 
     def root_rows(self, level: int, rows: Rows) -> Rows:
         """Positions among the runs of the coarsest level that have the values of runs of a level."""

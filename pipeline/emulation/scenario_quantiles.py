@@ -30,11 +30,11 @@ class Quantity:
     scalar: Scalar | None
     verdict: Verdict
 
-    def row(self, scenario: str) -> dict[str, object]:
+    def row(self, runs: Sampled) -> dict[str, object]:
         """Row of the table of leave-one-out."""
         score = None if self.scalar is None else self.scalar.score
         return {
-            "scenario": scenario,
+            **behind(runs.stores[0]),
             "what": self.name,
             "verdict": self.verdict.word,
             "brier_ratio": np.nan,

@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.assess.frames import speed_of
+from pipeline.assess.tables import behind
 from pipeline.emulation.sampled import Sampled
 from pipeline.hazard.quantities import QUANTITIES, Quantity
 from pipeline.settings.hazard import Hazard
 from pipeline.store.variables import RETURN_PERIOD
 from solver.emulator import support
-from solver.emulator.exceedance import Exceedance, exceedances
+from solver.emulator.exceedance import REST, Exceedance, exceedances
 from solver.emulator.extrapolation import at_place, on_lattice
-from solver.emulator.fields import Chosen, choose
+from solver.emulator.fields import Chosen, FieldLevel, choose
 from solver.emulator.levels import Draws
 from solver.emulator.support import Verdict
 
@@ -35,6 +36,11 @@ class Threshold:
     ----------
     chosen : Chosen, optional
         None where the threshold is too low.
+    unsettled : array or float
+        Share of the runs that were overrun or cut off, and might have exceeded it, among those that did not:
+        at the receptor, or at each point of the lattice.
+    found : Exceedance, optional
+        Its probabilities, where the runs support them.
     """
 
     quantity: Quantity
@@ -42,6 +48,8 @@ class Threshold:
     receptor: str
     chosen: Chosen | None
     verdict: Verdict
+    unsettled: Array | float = 0.0
+    found: Exceedance | None = None
 
     @property
     def words(self) -> str:
@@ -49,12 +57,12 @@ class Threshold:
         told = f"{self.quantity.name.replace('_', ' ')} above {self.threshold:g} {self.quantity.units}"
         return f"{told}, {self.receptor or 'map'}"
 
-    def row(self, scenario: str) -> dict[str, object]:
+    def row(self, runs: Sampled) -> dict[str, object]:
         """Row of the table of leave-one-out."""
         score = None if self.chosen is None else self.chosen.score
         single = None if self.chosen is None else self.chosen.of_values
         return {
-            "scenario": scenario,
+            **behind(runs.stores[0]),
             "what": self.words,
             "verdict": self.verdict.word,
             "brier_ratio": np.nan if score is None else score.ratio,
@@ -93,7 +101,7 @@ def left_plain(runs: Sampled) -> list[dict[str, object]]:
     }
     empty = dict.fromkeys(("brier_ratio", "calibration", "q2", "coverage", "worst"), np.nan)
     return [
-        {"scenario": runs.name, "what": what, "verdict": PLAIN, **empty, "reason": reason}
+        {**behind(store), "what": what, "verdict": PLAIN, **empty, "reason": reason}
         for what, (there, reason) in reasons.items()
         if there
     ]
@@ -114,6 +122,92 @@ def fitted(runs: Sampled, asked: Hazard) -> list[Threshold]:
         for together in (others, pressures)
         for each in _of_field(runs, asked, name, together)
     ]
+
+
+def with_probabilities(
+    runs: Sampled, thresholds: Sequence[Threshold], few: Draws, many: Draws
+) -> list[Threshold]:
+    """Give thresholds with their probabilities, over few draws on maps, over many at receptors.
+
+    Where runs that were overrun or cut off may raise a probability by more than its error, it is doubtful.
+    """
+    found: dict[int, Threshold] = {}
+    for mapped, draws in ((True, few), (False, many)):
+        some = [
+            (each, each.chosen)
+            for each in thresholds
+            if each.chosen is not None and not each.verdict.refused and mapped is (not each.receptor)
+        ]
+        together = exceedances_of(runs, [chosen for _, chosen in some], draws, mapped=mapped)
+        for (each, _), one in zip(some, together, strict=True):
+            verdict = _bounded_below(each.verdict, one, each.unsettled, runs.told_of_unsettled)
+            found[id(each)] = replace(each, found=one, verdict=verdict)
+    return [found.get(id(each), each) for each in thresholds]
+
+
+def _bounded_below(verdict: Verdict, found: Exceedance, unsettled: Array | float, told: str) -> Verdict:
+    """Add to a verdict what runs that were overrun or cut off leave open."""
+    open_ended = (1 - found.probability) * unsettled
+    if not open_ended.any():
+        return verdict
+    worst = int(np.argmax(open_ended - _error(found)))
+    error = float(_error(found)[worst])
+    words = f"a lower bound: {told}, which may add up to {open_ended[worst]:.2g}"
+    if open_ended[worst] > error:
+        return replace(verdict, warned=(*verdict.warned, f"{words}, more than the error of {error:.2g}"))
+    return replace(verdict, noted="; ".join(filter(None, [verdict.noted, words])))
+
+
+def _error(found: Exceedance, typical: float | None = None) -> Array:
+    """Half width of the error of runs that are known in full; of one level it is that of sampling."""
+    return found.total(typical) if found.levels > 1 else found.sampling + REST
+
+
+def with_errors(
+    found: Exceedance, typical: float | None = None, unsettled: Array | float = 0.0
+) -> Mapping[str, Array]:
+    """Give probabilities, their upper bounds and their errors by the endings of their names.
+
+    Runs that were overrun or cut off count as they were computed, in the upper bound as exceeding. What they
+    may add is part of the total error.
+    """
+    open_ended = (1 - found.probability) * unsettled
+    return {
+        "": found.probability,
+        "_upper": found.probability + open_ended,
+        "_sampling": found.sampling,
+        "_discretisation": found.discretisation(typical),
+        "_error": _error(found, typical) + open_ended,
+    }
+
+
+def unsettled_share(
+    runs: Sampled, fields: Sequence[FieldLevel], limit: float, receptor: str = ""
+) -> Array | float:
+    """Give the share of the runs that were overrun or cut off among those whose field stays below a limit.
+
+    At a receptor it is one number, else of each point of the finest lattice, in their order. Of several
+    levels it is the largest.
+    """
+    found: Array | float = 0.0
+    last = fields[-1]
+    for level, (each, states) in enumerate(zip(fields, runs.unsettled, strict=True)):
+        if not states.any():
+            continue
+        below = (each.values <= limit).reshape(len(each.values), -1)
+        if receptor:
+            below = np.asarray(below[:, each.places[receptor]].all(axis=1, keepdims=True))
+        weight = runs.level_weight(level)
+        of_all, some = weight @ below, (weight * states) @ below
+        share = np.divide(some, of_all, out=np.zeros_like(some), where=of_all > 0)
+        if not receptor:
+            y, x = (
+                np.abs(points[:, None] - there).argmin(axis=0)
+                for points, there in ((each.y, last.y), (each.x, last.x))
+            )
+            share = share.reshape(len(each.y), len(each.x))[np.ix_(y, x)].ravel()
+        found = np.maximum(found, share)
+    return found
 
 
 def exceedance_of(runs: Sampled, chosen: Chosen, draws: Draws, *, mapped: bool = False) -> Exceedance:
@@ -166,11 +260,13 @@ def _of_field(runs: Sampled, asked: Hazard, name: str, together: Sequence[Quanti
     for (quantity, threshold), limit in wanted.items():
         if threshold in getattr(asked, quantity.name):
             found = maps.get(limit)
-            yield Threshold(quantity, threshold, "", found, _verdict(found, threshold, runs.doubts))
+            verdict, share = _verdict(found, threshold, runs.doubts), unsettled_share(runs, fields, limit)
+            yield Threshold(quantity, threshold, "", found, verdict, share)
         for receptor in fields[0].places:
             chosen = places.get((receptor, limit))
             verdict = _verdict(chosen, threshold, runs.doubts)
-            yield Threshold(quantity, threshold, receptor, chosen, verdict)
+            share = unsettled_share(runs, fields, limit, receptor)
+            yield Threshold(quantity, threshold, receptor, chosen, verdict, share)
 
 
 def _verdict(chosen: Chosen | None, threshold: float, doubts: Sequence[str]) -> Verdict:

@@ -10,9 +10,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from pipeline.emulation.maps import with_errors
 from pipeline.emulation.sampled import Sampled
-from pipeline.emulation.thresholds import Threshold, exceedance_of, fitted, limit_of
+from pipeline.emulation.thresholds import Threshold, exceedance_of, fitted, limit_of, with_errors
 from pipeline.hazard.quantities import Quantity
 from pipeline.studies.emulation.cases import Case
 from pipeline.studies.emulation.pictures import DRAWS, cut

@@ -164,6 +164,42 @@ def test_missing_runs_are_filled_in_beside_their_bounds(lacking):
     assert lacking.maps.attrs["comment"] in lacking.comment
 
 
+def test_what_runs_that_were_cut_off_do_not_exceed_is_unknown(whole):
+    found = made(sheet(status=np.full(64, Status.CUT_OFF)))
+    said = "64 of 64 computed runs were overrun or cut off"
+    assert found.comment.endswith(f"probabilities are lower bounds, as {said}")
+    checks = found.tables["leave-one-out"].set_index("what")
+    assert (checks["runs_cut_off"] == 64).all()
+    before, after = (
+        each.tables["emulated-receptors"].set_index(["receptor", "threshold"]).loc[("far", 0.1)]
+        for each in (whole, found)
+    )
+    assert after["emulated"] == before["emulated"] == before["emulated_upper"]
+    assert after["emulated_upper"] == pytest.approx(1)
+    assert after["emulated_error"] == pytest.approx(before["emulated_error"] + 1 - after["emulated"])
+    assert (before["verdict"], after["verdict"]) == ("supported", "doubtful")
+    assert f"a lower bound: {said}, which may add up to " in after["reason"]
+    assert checks.loc["depth above 0.5 m, map", "verdict"] == "doubtful"
+    # but where all runs exceed it, and none is open
+    upper, share = found.maps["depth_emulated_upper"], found.maps["depth_exceedance"]
+    np.testing.assert_allclose(upper.where(share < 1, 1.0), 1, rtol=1e-6)
+    assert checks.loc["depth above 0.5 m, map", "reason"].endswith("more than the error of 0.0025")
+    assert whole.maps["depth_emulated_upper"].equals(whole.maps["depth_emulated"])
+
+
+def test_a_run_that_was_cut_off_beyond_a_receptor_leaves_nothing_open_there(whole):
+    (store,) = sheet()
+    farthest = int(np.argmax((store["max_depth"] > 0.1).sum(["y", "x"]).to_numpy()))
+    status = np.full(64, Status.DONE)
+    status[farthest] = Status.OVERRUN
+    before, after = (
+        each.tables["emulated-receptors"].set_index(["receptor", "threshold"]).loc[("near", 0.1)]
+        for each in (whole, made(sheet(status=status)))
+    )
+    names = ["emulated", "emulated_upper", "emulated_error", "verdict", "reason"]
+    assert after[names].equals(before[names])
+
+
 def test_two_spacings_give_the_finer_map_and_a_total_error(two):
     held = two.maps.sel(depth_threshold=0.5)
     assert held.sizes == {"x": 51, "y": 41}
@@ -250,6 +286,21 @@ def test_an_observed_deposit_narrows_the_parameters_or_is_refused():
     nowhere[:3, -3:] = True
     with pytest.raises(NotEmulatedError, match=r"deviations from the observation|effective draws"):
         posterior_table(runs, Observed(nowhere.ravel(), None), 0.1, 1.0, 2**13)
+
+
+def test_a_run_that_lost_material_has_no_deposit_to_be_measured():
+    status = np.full(64, Status.DONE)
+    status[8:16] = Status.OVERRUN
+    (store,) = sheet(status=status)
+    whole = store["max_depth"]
+    covered = (depths(np.array([[0.5, 0.5]]), store["x"].to_numpy(), store["y"].to_numpy())[0] > 0.1).ravel()
+    tables = []
+    for left in (whole, whole.where(store["status"] == Status.DONE, 0.2 * whole)):
+        store["deposit_depth"] = left
+        tables.append(posterior_table(of([store]), Observed(covered, None), 0.1, 4.0, 2**13))
+    assert tables[0].equals(tables[1])
+    (told,) = set(tables[0]["left_out"])
+    assert told.startswith("8 of 64 computed runs were overrun or cut off; the emulator stands for them")
 
 
 def test_a_posterior_has_what_changes_to_the_closest_spacing():
