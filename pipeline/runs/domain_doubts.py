@@ -8,7 +8,7 @@ from pipeline.inputs.ground import doubtful
 from pipeline.runs.profile_ends import beyond
 from pipeline.runs.runs import Runs
 from pipeline.scenario import solver_objects
-from pipeline.scenario.places import on_no_data, part_inside
+from pipeline.scenario.places import listed, on_no_data, part_inside
 from pipeline.scenario.scenario import Scenario
 from pipeline.settings.receptor import source_of
 from pipeline.settings.section import Pair
@@ -27,21 +27,26 @@ def of_ground(scenario: Scenario) -> Iterator[str]:
     if scenario.ground is not None:
         for name, raster in scenario.ground.rasters.items():
             yield from (f"{name}: {line}" for line in doubtful(raster, scenario.settings.bounds))
-        yield from on_no_data(scenario.settings.places, next(iter(scenario.ground.rasters.values())))
+        inside = [each for each in scenario.settings.places if part_inside(each, scenario.settings.bounds)]
+        yield from on_no_data(inside, next(iter(scenario.ground.rasters.values())))
 
 
-def doubts(scenario: Scenario, runs: Runs, flow: Pair, domain: Domain) -> Iterator[str]:
+def doubts(scenario: Scenario, runs: Runs, flow: Pair, domain: Domain, unsettled: int) -> Iterator[str]:
     """Say what of a domain that was found is to be known: an end of the profile in it, receptors outside.
 
     flow : bounds along x of the flow of all runs, m.
+    unsettled : how many runs were cut off, overrun or failed, so that flow may come outside.
     """
     if scenario.ground is None:
         yield from _beyond_profile(scenario, runs, flow)
     receptors, source = scenario.settings.places, source_of(scenario.data.get("receptors"))
     outside = [each.name for each in receptors if part_inside(each, domain) == 0]
-    if outside and source is not None:
+    if outside and unsettled:
+        count = f"{unsettled} of {len(runs)} runs that looked for it were cut off, overrun or failed"
+        yield f"outside of the domain: {listed(outside)}; whether flow comes there is not known, as {count}"
+    elif outside and source is not None:
         count = f"{len(outside)} of {len(receptors)} places of {source[0]}"
-        yield f"{count} lie where no flow comes, and are left out"
+        yield f"{count} lie where no flow comes, and are left out: {listed(outside)}"
     elif outside:
         names = "all receptors" if len(outside) == len(receptors) > 1 else ", ".join(outside)
         yield f"outside of the domain, where no flow comes: {names}"

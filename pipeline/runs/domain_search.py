@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from pipeline.inputs.elevation_raster import ElevationRasterError
 from pipeline.inputs.ground import Ground, clipped, fitted
 from pipeline.mistakes import BadInput
+from pipeline.runs import ending
 from pipeline.runs.domain_doubts import doubts, of_ground, shared_cells
 from pipeline.runs.run import Run
 from pipeline.runs.runs import expand
@@ -24,13 +25,14 @@ from pipeline.runs.shared_points import SharedPoints
 from pipeline.runs.size import size
 from pipeline.scenario import solver_objects
 from pipeline.scenario.places import corners_to_hold
-from pipeline.scenario.scenario import Scenario
+from pipeline.scenario.scenario import UNSETTLED, Scenario
 from pipeline.scenario.strict_yaml import parse
 from pipeline.settings.physics import DEFAULT_SCHEME
 from pipeline.settings.section import Pair
 from pipeline.settings.settings import Domain
 from pipeline.store import zarr_store
 from pipeline.store.storage import Location
+from pipeline.store.variables import Status
 from solver.points.lattice import Lattice
 from solver.release.polygons import ring_area
 from solver.simulation import simulate
@@ -115,11 +117,12 @@ def settled_together(
         If a flow does not end within as many points as a scenario may have.
     """
     known = [scenario if path is None else on_known_domain(scenario, path) for scenario, path in scenarios]
-    boxes = {
+    searched = {
         number: _found(scenario, tell, threads)
         for number, scenario in enumerate(known)
         if scenario.settings.domain is None
     }
+    boxes = {number: box for number, (box, _) in searched.items()}
     whole: dict[Hashable, _Box] = {}
     for number, scenario in enumerate(known):
         domain, key = scenario.settings.domain, _shares_cells(scenario)
@@ -130,7 +133,7 @@ def settled_together(
     for number, scenario in enumerate(known):
         if number in boxes:
             box = whole.get(_shares_cells(scenario), boxes[number])
-            scenario = _within(scenario, Domain(x=box.x, y=box.y), tell)
+            scenario = _within(scenario, Domain(x=box.x, y=box.y), searched[number][1], tell)
             found = Domain(x=boxes[number].x, y=boxes[number].y)
             for line in (*shared_cells(scenario, found), *of_ground(scenario)):
                 tell(f"{scenario.name}: {line}")
@@ -138,8 +141,10 @@ def settled_together(
     return settled_ones
 
 
-def _within(scenario: Scenario, domain: Domain, tell: Callable[[str], None]) -> Scenario:
+def _within(scenario: Scenario, domain: Domain, unsettled: int, tell: Callable[[str], None]) -> Scenario:
     """Give a scenario with a domain that holds what was found of it and of others.
+
+    unsettled : how many of the runs that found it were cut off, overrun or failed.
 
     Raises
     ------
@@ -160,7 +165,7 @@ def _within(scenario: Scenario, domain: Domain, tell: Callable[[str], None]) -> 
     if large is not None and large.too_large:
         tell(f"{scenario.name}: {large}; give a larger spacing or a smaller domain")
     with _told_of(scenario):
-        return scenario.within(domain)
+        return scenario.within(domain, unsettled)
 
 
 @contextmanager
@@ -190,7 +195,8 @@ def on_known_domain(scenario: Scenario, path: Location) -> Scenario:
     if "domain" not in known:
         return scenario
     try:
-        return scenario.within(Domain.model_validate_json(str(known["domain"])))
+        unsettled = int(known.get(UNSETTLED, 0))
+        return scenario.within(Domain.model_validate_json(str(known["domain"])), unsettled)
     except ElevationRasterError:
         return scenario
 
@@ -203,8 +209,8 @@ def _shares_cells(scenario: Scenario) -> Hashable | None:
     return ground.extent, getattr(scenario.settings.points, "spacing", None)
 
 
-def _found(scenario: Scenario, tell: Callable[[str], None], threads: int) -> _Box:
-    """Find the domain of a scenario from its flow."""
+def _found(scenario: Scenario, tell: Callable[[str], None], threads: int) -> tuple[_Box, int]:
+    """Find the domain of a scenario from its flow, and how many runs were cut off, overrun or failed."""
     runs = expand(scenario)
     releases = [_extent(run) for run in (runs if _released_anew(scenario) else runs[:1])]
     box = _Box(*releases[0])
@@ -217,21 +223,22 @@ def _found(scenario: Scenario, tell: Callable[[str], None], threads: int) -> _Bo
     count = f"{len(runs):,} run{'s' * (len(runs) > 1)}"
     tell(f"{scenario.name}: looking for the domain by {count} on {wide:g} m")
     with ThreadPoolExecutor(threads, "domain") as pool:
-        done = 0
+        done = unsettled = 0
         while done < len(runs):
             # rounds of 1, 1, 2, 4, ... runs: all of a round begin with what held the flow of those before
             some = runs[done : max(1, 2 * done)]
             _around(scenario, around, wide)
             began = around
-            for box, x, y in pool.map(partial(_flow, scenario, around=began, wide=wide), some):
+            for box, x, y, status in pool.map(partial(_flow, scenario, around=began, wide=wide), some):
                 done += 1
+                unsettled += status is not Status.DONE
                 _log.info("%s: domain, run %d of %d", scenario.name, done, len(runs))
                 around, flow = around.holding(box.x, box.y), flow.holding(x, y)
     domain = _rounded(scenario, flow, spacing, wide)
     tell(f"{scenario.name}: domain x {list(domain.x)}, y {list(domain.y)} m, found by {count} on {wide:g} m")
-    for line in doubts(scenario, runs, flow.x, domain):
+    for line in doubts(scenario, runs, flow.x, domain, unsettled):
         tell(f"{scenario.name}: {line}")
-    return _Box(domain.x, domain.y)
+    return _Box(domain.x, domain.y), unsettled
 
 
 def _clipped(box: _Box, scenario: Scenario) -> _Box:
@@ -277,8 +284,11 @@ def _grown(box: _Box, spacing: float, sides: NDArray[np.bool_]) -> _Box:
     return _Box((box.x[0] - left, box.x[1] + right), (box.y[0] - low, box.y[1] + high))
 
 
-def _flow(scenario: Scenario, run: Run, around: _Box, wide: float) -> tuple[_Box, Pair, Pair]:
-    """Do a run on a lattice that is made larger until it holds the flow; give its bounds and the flow's."""
+def _flow(scenario: Scenario, run: Run, around: _Box, wide: float) -> tuple[_Box, Pair, Pair, Status]:
+    """Do a run on a lattice that is made larger until it holds the flow.
+
+    Its bounds, those of the flow, and what became of the run.
+    """
     settings, ground = run.settings.model_copy(update={"scheme": DEFAULT_SCHEME}), scenario.ground
     if ground is not None:
         points = settings.points.model_copy(update={"spacing": wide})
@@ -299,7 +309,8 @@ def _flow(scenario: Scenario, run: Run, around: _Box, wide: float) -> tuple[_Box
             shared = replace(shared, rasters=read.rasters, depths=read.depths)
         prepared = build_scene(replace(run, settings=here), shared)
         ends = prepared.times[[0, -1]]
-        wet = simulate(prepared.scene, ends, arrival_depth=prepared.threshold, frames=()).max_depth > 0
+        result = simulate(prepared.scene, ends, arrival_depth=prepared.threshold, frames=())
+        wet = result.max_depth > 0
         sides = (wet[:, :CLEAR], wet[:, -CLEAR:], wet[:CLEAR], wet[-CLEAR:])
         reached = np.array([side.any() for side in sides])
         larger = _clipped(_grown(around, wide, reached), scenario)
@@ -308,7 +319,8 @@ def _flow(scenario: Scenario, run: Run, around: _Box, wide: float) -> tuple[_Box
             break
         around = larger
     along, across = lattice.x_points[wet.any(0)], lattice.y_points[wet.any(1)]
-    return around, (float(along[0]), float(along[-1])), (float(across[0]), float(across[-1]))
+    bounds = (float(along[0]), float(along[-1])), (float(across[0]), float(across[-1]))
+    return around, *bounds, ending.status(result)
 
 
 def _around(scenario: Scenario, box: _Box, wide: float) -> Ground | None:

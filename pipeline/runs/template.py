@@ -13,7 +13,7 @@ from pipeline.runs.scene_of_run import Prepared, build_scene, section_times
 from pipeline.runs.shared_points import SharedPoints
 from pipeline.runs.stored_values import profile_values
 from pipeline.scenario.design import ChosenRuns, return_periods, weights
-from pipeline.scenario.scenario import said
+from pipeline.scenario.scenario import UNSETTLED, said
 from pipeline.scenario.sweep import meaning_of
 from pipeline.settings.points import LatticePoints
 from pipeline.store import provenance
@@ -212,6 +212,7 @@ def attributes(scenario: Scenario) -> dict[str, str]:
         "scenario_content": scenario.content,
         "scenario_hash": scenario.digest,
         "domain": scenario.settings.bounds.model_dump_json(),
+        **({UNSETTLED: str(scenario.unsettled)} if scenario.unsettled else {}),
         **({} if scenario.chosen is None else chosen_attributes(scenario.chosen)),
         **({} if scenario.ground is None else {"crs": scenario.ground.crs}),
         **provenance.made_by(),

@@ -51,6 +51,8 @@ FOLLOWS = (
 
 # attribute of a store with the receptors that the scenario gives on the map or in a file, in x and y
 ON_BED = "receptors_on_bed"
+# attribute of a store whose domain was found, by some runs that were cut off, overrun or failed: how many
+UNSETTLED = "domain_unsettled_runs"
 RECEPTORS = TypeAdapter(tuple[Receptor, ...])
 
 __all__ = ["BadInput", "Mistake", "Scenario", "Settings", "differences", "json_schema", "load"]
@@ -85,6 +87,9 @@ class Scenario:
         Those of files, by the name the settings give them.
     chosen : ChosenRuns, optional
         The runs, in place of those of the design, of a scenario of chosen runs.
+    unsettled : int
+        Runs that were cut off, overrun or failed among those that found its domain, which then is no proof of
+        where no flow comes.
     warnings : tuple of str
         One line each, to be shown and not to be stopped by.
     """
@@ -101,17 +106,19 @@ class Scenario:
     ground: Ground | None = None
     hydrographs: Mapping[str, HydrographTable] = field(default_factory=dict)
     chosen: ChosenRuns | None = None
+    unsettled: int = 0
 
     @property
     def name(self) -> str:
         """Name of the scenario, which is that of its store."""
         return self.settings.name
 
-    def within(self, domain: Domain) -> Scenario:
+    def within(self, domain: Domain, unsettled: int = 0) -> Scenario:
         """Give the scenario with a domain that was found.
 
-        Of places from a file those outside are left out. What decides its results is the part of the
-        elevation model around the domain.
+        Of places from a file those outside are left out, as no flow comes there. Where some runs that found
+        it were ``unsettled`` that is not known, and all places stay. What decides its results is the part of
+        the elevation model around the domain.
 
         Raises
         ------
@@ -120,14 +127,16 @@ class Scenario:
         """
         settings = self.settings.model_copy(update={"domain": domain})
         if self.ground is None:
-            return replace(self, settings=settings)
-        if source_of(self.data.get("receptors")) is not None:
+            return replace(self, settings=settings, unsettled=unsettled)
+        if source_of(self.data.get("receptors")) is not None and not unsettled:
             inside = tuple(each for each in settings.places if part_inside(each, domain) > 0)
             settings = settings.model_copy(update={"receptors": inside})
         ground = self.ground.within(domain)
         content = json.dumps({**json.loads(self.content), "map_files": ground.digests})
         digest = hashlib.sha256(content.encode()).hexdigest()
-        return replace(self, settings=settings, ground=ground, content=content, digest=digest)
+        return replace(
+            self, settings=settings, ground=ground, content=content, digest=digest, unsettled=unsettled
+        )
 
 
 def load(sources: Iterable[str | Path | Mapping[str, Any]]) -> list[Scenario]:

@@ -104,6 +104,25 @@ def test_what_is_left_is_done_on_the_domain_of_the_store(folder, monkeypatch):
     assert list(receptors["receptor"]) == ["barn"]
 
 
+def test_places_outside_of_a_domain_that_runs_were_cut_off_in_stay_with_open_bounds(folder):
+    file = written(folder, TEXT + "receptors: huts.gpkg\n", NONE, ("end: 60", "end: 4"))
+    lines, out = [], folder / "results"
+    pipeline.run(file, out, workers=1, quiet=True, warn=lines.append)
+    lines.clear()
+    scenario = domain_search.settled(load([file])[0], None, lines.append)
+    (told,) = [line for line in lines if "'far'" in line]
+    assert told == (
+        "small: outside of the domain: 'barn', 'far'; whether flow comes there is not known, as 1 of 1 runs "
+        "that looked for it were cut off, overrun or failed"
+    )
+    assert [each.name for each in scenario.settings.places] == ["barn", "far"]
+    # as well where the runs go on in the domain of their store
+    known = domain_search.settled(load([file])[0], out / "small.zarr", lines.append)
+    assert [each.name for each in known.settings.places] == ["barn", "far"]
+    far = pipeline.assessment_tables(out)["receptors"].set_index("receptor").loc["far"]
+    assert (far["probability_lower"], far["probability_upper"]) == (0, 1)
+
+
 def test_scenarios_of_one_command_lie_on_the_same_cells(folder):
     files = []
     for name, friction in (("smooth", 12), ("small", 16)):
