@@ -7,7 +7,7 @@ import pandas as pd
 import xarray as xr
 from numpy.typing import NDArray
 
-from pipeline.assess.ensemble import computed, weights
+from pipeline.assess.ensemble import censored, computed, weights
 from pipeline.assess.frames import cell_area, on_surface, space
 from pipeline.assess.observed import ObservationError, Observed
 from pipeline.assess.probability import Values
@@ -151,7 +151,8 @@ def posterior(store: xr.Dataset, scores: pd.DataFrame, accepted: float) -> pd.Da
     -------
     DataFrame
         A row for each numeric parameter: its value in the best run, its 5, 50 and 95 % quantiles over all
-        runs (``prior_``) and over accepted ones (``posterior_``), and the runs behind it.
+        runs (``prior_``) and over accepted ones (``posterior_``), and the runs behind it: how many are
+        accepted, and of these overrun or cut off, whose deposits are not those of rest.
 
     References
     ----------
@@ -169,11 +170,13 @@ def posterior(store: xr.Dataset, scores: pd.DataFrame, accepted: float) -> pd.Da
             reach = f"{misfit.min():.4g} to {misfit.max():.4g} m from its own"
             why = f"their toes lie {reach}, positive beyond it; check where it lies, and the friction"
         raise ObservationError(f"{store.attrs['title']}: no run overlaps the observed deposit: {why}")
+    unsettled = int(censored(store).to_numpy()[runs].sum())
     rows = []
     for name, held in varied(store).items():
         if held.dtype.kind not in "fiu":
             continue
-        row: dict[str, object] = {**behind(store), "runs_accepted": len(best), "parameter": name}
+        row: dict[str, object] = {**behind(store), "runs_accepted": len(best)}
+        row |= {"runs_accepted_overrun_or_cut_off": unsettled, "parameter": name}
         row["best_run"] = held[runs[0]]
         for when, chosen, share in (
             ("prior", held, weight),

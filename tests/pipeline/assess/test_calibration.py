@@ -107,6 +107,12 @@ def test_a_raster_on_the_map_is_a_survey(made, tmp_path, name):
         read(path, on_map(made), 0.1)
 
 
+def test_accepted_runs_that_left_no_deposit_at_rest_are_counted(made, outline):
+    made["status"][[2, 4]] = Status.CUT_OFF
+    (row,) = posterior(made, score(made, read(outline, made, 0.1), 0.1), accepted=0.6).to_dict("records")
+    assert (row["runs_accepted"], row["runs_accepted_overrun_or_cut_off"]) == (3, 1)
+
+
 def test_accepted_runs_narrow_the_parameters(made, outline):
     scores = score(made, read(outline, made, 0.1), 0.1)
     (row,) = posterior(made, scores, accepted=0.6).to_dict("records")
