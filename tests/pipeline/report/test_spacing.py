@@ -107,7 +107,7 @@ def test_the_page_has_emulated_quantiles_with_all_errors():
     table = pd.DataFrame(quantile_rows(runs, scalars, runs.inputs.draws(1024)))
     held = {
         "emulated-scenarios": table,
-        "leave-one-out": pd.DataFrame([each.row("sheet") for each in scalars]),
+        "leave-one-out": pd.DataFrame([each.row(runs) for each in scalars]),
     }
     quantiles, _ = emulated_tables(Emulated(held, None, "sheet"))
     rows = {row[0]: row[1:] for row in quantiles.rows}
