@@ -7,6 +7,7 @@ from collections.abc import Hashable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from pipeline.gis.layer import Layer
@@ -14,7 +15,7 @@ from pipeline.hazard.differences import Compared, difference_layers
 from pipeline.hazard.map_files import ground
 from pipeline.readable import written
 from pipeline.report.chapter import Chapter, anchor_of, picture
-from pipeline.report.tables.table import Table, between, short
+from pipeline.report.tables.table import Table, between, share_in_words, short
 
 # maps that are shown at once: of each quantity the first threshold, and the largest quantile of depth
 QUANTITIES = ("depth", "pressure")
@@ -95,20 +96,24 @@ def _findings(table: pd.DataFrame, first: str, second: str) -> Iterator[str]:
             same.append(str(name))
             continue
         text = (
-            f"{name}: reached with a probability of {_share(chance, 'second')} in {second}, in place of "
-            f"{_share(chance, 'first')} in {first}"
+            f"{name}: reached with a probability of {share_in_words(chance, 'second')} in {second}, "
+            f"in place of {share_in_words(chance, 'first')} in {first}"
         )
         for quantity, (words, unit) in LARGEST.items():
             if quantity in of:
-                before, after = (short(of[quantity][end]) for end in ("first", "second"))
-                text += f"; {words} {after} {unit} in place of {before} {unit}"
+                before, after = (_at_least(of[quantity], end, unit) for end in ("first", "second"))
+                text += f"; {words} {after} in place of {before}"
         yield f"{text}."
     if same:
         yield f"Not reached in either: {', '.join(same)}."
 
 
-def _share(row: Mapping[Hashable, Any], end: str) -> str:
-    return between(*(f"{row[f'{end}{bound}']:.2f}" for bound in ("", "_lower", "_upper")))
+def _at_least(row: Mapping[Hashable, Any], end: str, unit: str) -> str:
+    """Write a largest value with its bounds, whose upper one runs that are not known in full leave open."""
+    value, lower, upper = (row[f"{end}{bound}"] for bound in ("", "_lower", "_upper"))
+    if np.isnan(upper):
+        return f"at least {short(lower)} {unit}" if lower > 0 else "an unknown one"
+    return f"{between(*map(short, (value, lower, upper)))} {unit}"
 
 
 def _receptors(table: pd.DataFrame, first: str, second: str) -> Table:

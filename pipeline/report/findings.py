@@ -12,9 +12,11 @@ import xarray as xr
 
 from pipeline.assess import tables
 from pipeline.assess.ensemble import counts, whose
+from pipeline.assess.frames import on_surface
+from pipeline.assess.probability import BOUNDS
 from pipeline.assess.receptors import reached
 from pipeline.gis.symbology import CLASSES
-from pipeline.report.tables.table import share_in_words, short
+from pipeline.report.tables.table import OPEN, between, share_in_words, short
 from pipeline.store.storage import Location
 
 SHARES = (0.05, 0.5, 0.95)
@@ -56,11 +58,20 @@ def _receptors(store: xr.Dataset) -> Iterator[str]:
             continue
         chance = share_in_words(row, "probability")
         text = f"{name}: reached with a probability of {chance}"
-        if row["probability"] > 0:
-            text += f", at the earliest after {short(row['first_arrival_time'])} s. {_what(row)}"
-        yield text.rstrip(".") + "."
+        if OPEN in chance:
+            text = f"{name}: it is not known whether it is reached"
+        yield f"{text}{_at_the_earliest(row)}."
     if never:
         yield f"Not reached in any run: {', '.join(never)}."
+
+
+def _at_the_earliest(row: dict[str, Any]) -> str:
+    """Say when a receptor is reached first, and by what; nothing where no computed run reaches it."""
+    if not row["probability"] > 0:
+        return ""
+    missing = int(row["runs_failed"]) + int(row["runs_pending"])
+    of_runs = " in the computed runs" if missing else ""
+    return f", at the earliest after {short(row['first_arrival_time'])} s{of_runs}. {_what(row)}"
 
 
 def _what(row: dict[str, Any]) -> str:
@@ -86,20 +97,28 @@ def by_period(name: str, rows: list[dict[str, Any]], whole: dict[str, Any]) -> s
         Its row of the table of receptors.
     """
     chances = ", ".join(f"{share_in_words(row, 'probability')} at {_years(row)}" for row in rows)
-    often = [row["probability"] >= 0.5 for row in rows]
-    first = often.index(True) if any(often) else len(rows)
+    often = [row["probability_lower"] >= 0.5 for row in rows]
+    # runs that are missing, overrun or cut off may decide it
+    doubtful = [
+        _years(row)
+        for row, enough in zip(rows, often, strict=True)
+        if not enough and not row["probability_upper"] < 0.5
+    ]
+    chosen = [_years(row) for row, enough in zip(rows, often, strict=True) if enough]
     begins = f"{name}: reached by half of the events or more"
-    if not any(often):
+    if len(doubtful) == len(rows):
+        begins = f"{name}: it is not known of any return period whether half of the events reach it"
+    elif not chosen:
         begins = f"{name}: reached by less than half of the events of each return period"
-    elif all(often[first:]):
-        begins += f" from a return period of {_years(rows[first])} on"
+        if doubtful:
+            begins = f"{begins} but {', '.join(doubtful)}, of which it is not known"
+    elif all(often[often.index(True) :]):
+        begins += f" from a return period of {chosen[0]} on"
     else:
-        chosen = [_years(row) for row, enough in zip(rows, often, strict=True) if enough]
-        begins += f" at {', '.join(chosen)} and at no other return period"
-    text = f"{begins} (probability {chances})"
-    if whole["probability"] > 0:
-        text += f", at the earliest after {short(whole['first_arrival_time'])} s. {_what(whole)}"
-    return f"{text}."
+        begins += f" at {', '.join(chosen)}" + " and at no other return period" * (not doubtful)
+    if chosen and doubtful:
+        begins += f"; of {', '.join(doubtful)} it is not known"
+    return f"{begins} (probability {chances}){_at_the_earliest(whole)}."
 
 
 def _years(row: dict[str, Any]) -> str:
@@ -112,12 +131,20 @@ def _levels(found: xr.Dataset) -> Iterator[str]:
     name = next((each for each in ("hazard_level", "intensity") if each in found), None)
     if name is None or found.sizes["x"] < 2:
         return
-    side = [float(found[axis][1] - found[axis][0]) for axis in ("x", "y")]
-    parts = []
+    cell = float(np.prod([found[axis][1] - found[axis][0] for axis in ("x", "y")])) / SQUARE_METRES
+    is_certain = all((found[f"{name}{bound}"] == found[name]).all() for bound in BOUNDS)
+    parts, last = [], len(CLASSES[name])
     for value, each in reversed([*enumerate(CLASSES[name], 1)]):
-        area = float((found[name] == value).sum()) * side[0] * side[1]
-        if area:
-            parts.append(f"{each.word} on {short(area / SQUARE_METRES)} ha")
+        # a bound may move a place from one class to a higher one: what is bounded is this class or more
+        areas = [
+            float(((held == value) | ((held > value) & (not is_certain))).sum()) * cell
+            for held in (found[f"{name}{bound}"] for bound in BOUNDS)
+        ]
+        # what is not known counts in a bound alone
+        areas[0] = max(areas[:2])
+        if any(areas):
+            more = "" if is_certain or value == last else " or higher"
+            parts.append(f"{each.word}{more} on {between(*map(short, areas))} ha")
     what = "The level of hazard is" if name == "hazard_level" else "The intensity that is usual is"
     if parts:
         yield f"{what} {', '.join(parts)}."
@@ -135,7 +162,11 @@ def _runout(store: xr.Dataset) -> Iterator[str]:
                 f"{short(low)} m and 5 % go beyond {short(high)} m."
             )
     elif np.isfinite(reach.lower[1]):
-        yield f"The run-out is above {short(float(reach.lower[1]))} m in the median: too many runs went on."
+        in_median = "" if counts(store).planned == 1 else " in the median"
+        yield (
+            f"The run-out is above {short(float(reach.lower[1]))} m{in_median}: by how much is not known, as "
+            "runs are missing, overrun or cut off."
+        )
 
 
 def _drivers(indices: Location, store: xr.Dataset) -> Iterator[str]:
@@ -156,8 +187,9 @@ def _drivers(indices: Location, store: xr.Dataset) -> Iterator[str]:
 def _doubts(store: xr.Dataset) -> Iterator[str]:
     found = counts(store)
     if found.overrun or found.cut_off:
+        where = "where the domain or the data end" if on_surface(store) else "through open sides"
         yield (
-            f"{_runs(found.overrun)} lost material through the sides of the domain and {found.cut_off} still "
+            f"{_runs(found.overrun)} lost material {where} and {found.cut_off} still "
             "moved at their end: reach and probabilities are lower bounds of what these may do."
         )
     if found.failed or found.pending:

@@ -15,7 +15,7 @@ from pipeline.report.tables.table import Table, between, share_in_words, short
 
 MOST_RECEPTORS = 40
 RECEPTOR_HEAD = (
-    *("receptor", "probability", "of runs", "median depth (m)", "largest depth (m)"),
+    *("receptor", "probability", "median depth (m)", "largest depth (m)"),
     *("largest speed (m/s)", "largest pressure (kPa)", "first arrival (s)"),
 )
 # of what a closer spacing changes
@@ -56,13 +56,12 @@ def receptors(store: xr.Dataset, fine: xr.Dataset | None = None) -> Table | None
             [
                 str(row["receptor"]),
                 share_in_words(row, "probability"),
-                f"{counts(store).computed} of {row['runs_planned']}",
                 *(short(row[name]) for name in (*shown, *changed)),
             ]
             for row in rows
         ],
-        "Probability of being reached, with its bounds; the rest is of the runs that reach it."
-        + (f" {ON_CLOSER}" if changed else ""),
+        f"{counts(store)}. Probability of being reached, with its bounds; the rest is of the computed runs "
+        "that reach it, until the end of each." + (f" {ON_CLOSER}" if changed else ""),
     )
 
 

@@ -11,6 +11,8 @@ import numpy as np
 MOST_ROWS = 40
 # begins a cell that is shown in grey
 FAINT = "\u2009"
+# bounds of a share that no run settles
+OPEN = "0.00 to 1.00"
 
 
 @dataclass(frozen=True)
@@ -24,8 +26,9 @@ class Table:
 
 
 def share_in_words(row: Mapping[Any, Any], name: str) -> str:
-    """Write a share with its bounds: ``0.54``, ``0.54 (0.50 to 0.61)``."""
-    return bounded(row, name, f"{name}_lower", f"{name}_upper")
+    """Write a share with its bounds: ``0.54``, ``0.54 (0.50 to 0.61)``, ``unknown (0.00 to 1.00)``."""
+    text = bounded(row, name, f"{name}_lower", f"{name}_upper")
+    return f"unknown ({OPEN})" if text.endswith(f"({OPEN})") else text
 
 
 def bounded(row: Mapping[Any, Any], estimate: str, lower: str, upper: str) -> str:

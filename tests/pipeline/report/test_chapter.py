@@ -14,12 +14,14 @@ from heaps import HEAP
 from PIL import Image
 
 import pipeline
+from pipeline.assess.ensemble import ensemble
 from pipeline.assess.receptors import reached
+from pipeline.hazard.mapping import map_hazard
 from pipeline.hazard.place_maps import of_place
-from pipeline.report.findings import by_period, findings
+from pipeline.report.findings import _doubts, by_period, findings
 from pipeline.report.section import _along_profile, _along_surface, section
 from pipeline.report.tables.inputs import inputs, method
-from pipeline.report.tables.receptors import sheets
+from pipeline.report.tables.receptors import receptors, sheets
 from pipeline.report.tables.table import short
 from pipeline.scenario.scenario import stored
 from pipeline.store.variables import Status
@@ -114,6 +116,66 @@ class TestFindings:
             for years, chance in zip((10.0, 30.0, 100.0), chances, strict=True)
         ]
         assert said in by_period("road", rows, {"probability": 0.0})
+
+    @pytest.mark.parametrize(
+        ("bounds", "said"),
+        [
+            (
+                ((0, 1), (0, 1), (0, 1)),
+                "it is not known of any return period whether half of the events reach",
+            ),
+            (
+                ((0, 0.3), (0, 0.7), (0, 1)),
+                "of each return period but 30 years, 100 years, of which it is not",
+            ),
+            (
+                ((0, 0.3), (0.2, 0.7), (1, 1)),
+                "from a return period of 100 years on; of 30 years it is not known",
+            ),
+            (
+                ((0.6, 1), (0, 0.7), (0, 0)),
+                "half of the events or more at 10 years; of 30 years it is not known",
+            ),
+        ],
+    )
+    def test_return_periods_that_missing_runs_decide_are_told_as_not_known(self, bounds, said):
+        rows = [
+            {"shortest_return_period": years, "return_period": years, "probability": lower}
+            | {"probability_lower": lower, "probability_upper": upper}
+            for years, (lower, upper) in zip((10.0, 30.0, 100.0), bounds, strict=True)
+        ]
+        found = by_period("road", rows, {"probability": 0.0})
+        assert said in found
+        assert found.count("unknown (0.00 to 1.00)") == bounds.count((0, 1))
+
+    def test_say_nothing_as_a_fact_where_every_run_was_cut_off(self, store, tmp_path):
+        cut = store.assign(status=store["status"].copy(data=[Status.CUT_OFF] * 4))
+        # as of an end before anything arrives at the receptors
+        cut["arrival_time"] = cut["arrival_time"].where(cut["x"] < 50)
+        held = map_hazard(ensemble(cut), stored(store.attrs).hazard)
+        said = findings(cut, held, tmp_path / "none.csv")
+        (line,) = (one for one in said if one.startswith("road:"))
+        assert "it is not known of any return period" in line
+        assert line.count("unknown (0.00 to 1.00)") == 3
+        (levels,) = (one for one in said if one.startswith("The level of hazard"))
+        low, high = (
+            short(float((held[f"hazard_level{end}"] == 4).sum()) * 4 / 10_000) for end in ("_lower", "_upper")
+        )
+        assert low != high
+        assert f"high on {low} ({low} to {high}) ha" in levels
+        table = receptors(cut)
+        assert "0 of 4 runs done (4 still moving at time.end)" in table.note
+        assert not any("4 of 4" in cell for row in table.rows for cell in row)
+
+    def test_say_where_material_was_lost(self, store, found, tmp_path):
+        overrun = store.assign(status=store["status"].copy(data=[Status.OVERRUN] * 4))
+        (line,) = (one for one in findings(overrun, found, tmp_path / "none.csv") if "lost material" in one)
+        assert line.startswith("4 runs lost material through open sides")
+        # on an elevation model no data are an end of it as its sides are
+        flat = xr.zeros_like(overrun["max_depth"].isel(run=0, drop=True))
+        on_ground = overrun.assign_coords(elevation=flat)
+        (line,) = _doubts(on_ground)
+        assert line.startswith("4 runs lost material where the domain or the data end")
 
 
 def test_sheets_are_of_the_receptors_that_are_reached(store):

@@ -2,6 +2,7 @@
 
 import copy
 
+import numpy as np
 import pytest
 from commands import pipeline as command
 from heaps import HEAP
@@ -49,8 +50,28 @@ def test_findings_say_how_what_reaches_receptors_changes(compared):
         for end in ("second", "first")
     )
     assert f"{second} in rough, in place of {first} in heap" in said
-    assert f"largest depth {short(depth['second'])} m in place of {short(depth['first'])} m" in said
+    # of the rough heap a run creeps on, and may still come
+    assert np.isnan(depth["second_upper"])
+    assert f"largest depth an unknown one in place of {short(depth['first'])} m" in said
     assert chapter.findings[-1] == "Not reached in either: never."
+
+
+def test_what_one_of_them_leaves_open_is_told_as_not_known(compared):
+    table = compared.receptors.copy()
+    of_road = table["receptor"] == "road"
+    chance, depth, pressure = (
+        of_road & (table["quantity"] == each) for each in ("probability", "largest_depth", "largest_pressure")
+    )
+    # as of runs that were cut off before they arrive, or before they are deepest
+    table.loc[chance, ["first", "first_lower", "first_upper"]] = 0.0, 0.0, 1.0
+    table.loc[depth, ["first", "first_lower", "first_upper"]] = 0.0, 0.0, np.nan
+    table.loc[pressure, ["first", "first_lower", "first_upper"]] = 3.0, 3.0, np.nan
+    (said,) = [
+        each for each in of_difference(compared._replace(receptors=table)).findings if each.startswith("road")
+    ]
+    assert "in rough, in place of unknown (0.00 to 1.00) in heap" in said
+    assert "m in place of an unknown one; largest dynamic pressure" in said
+    assert said.endswith("kPa in place of at least 3 kPa.")
 
 
 def test_the_table_has_the_differences_with_their_bounds(compared):
