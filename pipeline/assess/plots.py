@@ -22,6 +22,7 @@ from pipeline.assess.frames import mean_spacing, on_surface
 from pipeline.assess.gridding import gridded
 from pipeline.assess.relief import draw_relief
 from pipeline.readable import number, with_unit
+from pipeline.store.variables import STATUS, Status
 
 PANEL_WIDTH = 4.6
 LEVELS = 10
@@ -162,6 +163,17 @@ def _bend(store: xr.Dataset, run: int) -> list[float]:
 
 
 def title_of(store: xr.Dataset, run: int) -> str:
+    """Name of the scenario, the run's parameters where it has some, and its status where it is not done."""
+    state = Status(int(store[STATUS.name][run]))
+    return f"{name_of(store, run)}{'' if state is Status.DONE else f' ({in_plain_words(state)})'}"
+
+
+def in_plain_words(state: Status) -> str:
+    """Write a status as people read it: ``cut off``, ``done but overrun``."""
+    return state.words.replace("_", " ")
+
+
+def name_of(store: xr.Dataset, run: int) -> str:
     """Name of the scenario, and the run's parameters where it has some."""
     varied = [c.isel(run=run) for c in store.coords.values() if c.dims == ("run",) and "key" in c.attrs]
     given = ", ".join(

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 from pipeline.assess.frames import bed, follow, mean_spacing, on_surface
 from pipeline.assess.gridding import gridded
-from pipeline.assess.plots import depth_panels, title_of
+from pipeline.assess.plots import depth_panels, in_plain_words, name_of, title_of
 from pipeline.assess.relief import draw_relief
 from pipeline.store.place import store_paths
 from pipeline.store.run_table import markdown
@@ -67,20 +67,23 @@ def draw(out: Location, to: Path) -> list[Path]:
     if on_profiles:
         written.append(_points(on_profiles, to / "points.png"))
     courses: list[tuple[str, xr.Dataset]] = []
+    rows: list[dict[str, object]] = []
     for name, store in stores.items():
         for run in range(store.sizes["run"]):
             one = store.isel(run=slice(run, run + 1))
-            if Status(int(one["status"][0])) is Status.PENDING:
+            state = Status(int(one["status"][0]))
+            if state is Status.PENDING:
                 continue
             _log.info("%s: run %d of %d", name, run + 1, store.sizes["run"])
             courses.append((title_of(store, run), follow(one).isel(run=0).load()))
+            rows.append(_row(name_of(store, run), state, courses[-1][1]))
             if (courses[-1][1].time.where(courses[-1][1]["volume"].notnull()) > 0).any():
                 written.append(to / f"depth-{name}-{run}.png")
                 depth_panels(store, run, written[-1], PANELS)
     if not courses:
         raise FileNotFoundError(f"{out} holds no run that was computed")
     written.append(_volume_errors(courses, to / "volume-error.png"))
-    table = pd.DataFrame([_row(title, course) for title, course in courses])
+    table = pd.DataFrame(rows)
     for path, text in (
         (to / "comparison.csv", table.to_csv(index=False)),
         (to / "comparison.md", markdown(table)),
@@ -92,13 +95,13 @@ def draw(out: Location, to: Path) -> list[Path]:
     return written
 
 
-def _row(title: str, course: xr.Dataset) -> dict[str, object]:
+def _row(name: str, state: Status, course: xr.Dataset) -> dict[str, object]:
     """Give the last frame that was computed, in numbers; speeds are the largest of all frames."""
     known = course.dropna("time", how="all", subset=["volume"])
     last = known.isel(time=-1)
-    row: dict[str, object] = {"run": title, "time": float(last["time"])}
-    for name in (*(EXTENT if "front_x" in course else EXTENT_ON_SURFACE), *COLUMNS):
-        row[name] = float(known[name].max() if name.endswith("speed") else last[name])
+    row: dict[str, object] = {"run": name, "status": in_plain_words(state), "time": float(last["time"])}
+    for quantity in (*(EXTENT if "front_x" in course else EXTENT_ON_SURFACE), *COLUMNS):
+        row[quantity] = float(known[quantity].max() if quantity.endswith("speed") else last[quantity])
     return row
 
 

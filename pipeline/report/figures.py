@@ -128,6 +128,7 @@ def hydrographs(store: xr.Dataset) -> bytes | None:
         axes.set_xlim(0, time[last - 1])
         axes.grid(alpha=0.3)
     panels[-1].set_xlabel("time (s)")
+    figure.suptitle(str(counts(store)), fontsize="medium", horizontalalignment="left", x=0.01)
     held = BytesIO()
     figure.savefig(held, format="png", bbox_inches="tight")
     return held.getvalue()
