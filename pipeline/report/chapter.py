@@ -28,6 +28,7 @@ from pipeline.hazard.place_maps import WHOLE
 from pipeline.report.explorer import explorer
 from pipeline.report.figures import animation, hydrographs, runout_curve
 from pipeline.report.findings import findings
+from pipeline.report.palette import with_palette
 from pipeline.report.section import section
 from pipeline.report.tables.emulated import emulated_tables
 from pipeline.report.tables.inputs import inputs, method
@@ -214,12 +215,11 @@ def _shown(path: Path, words: str) -> Picture:
 
 
 def _small(path: Path) -> bytes:
-    """Give a picture with a palette: a third of the bytes, and nothing that the eye would miss."""
+    """Give a picture with a palette."""
     held = BytesIO()
     with Image.open(path) as picture:
-        picture.convert("RGB").quantize(PALETTE, method=Image.Quantize.MAXCOVERAGE).save(
-            held, "PNG", optimize=True
-        )
+        (reduced,) = with_palette([picture], PALETTE)
+    reduced.save(held, "PNG", optimize=True)
     return held.getvalue()
 
 

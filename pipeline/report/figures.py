@@ -25,6 +25,7 @@ from pipeline.assess.relief import draw_relief
 from pipeline.assess.tables import values
 from pipeline.gis.symbology import of_values
 from pipeline.hazard.map_panel import keep_apart, mark_places, scale_bar
+from pipeline.report.palette import with_palette
 
 CURVE_POINTS = 400
 # runs that are drawn one by one; and the part of the largest discharge after which nothing flows any more
@@ -150,9 +151,8 @@ def encoded(pictures: Sequence[Image.Image], kind: str) -> bytes:
     held = BytesIO()
     times = [SHOWN_MILLISECONDS] * (len(pictures) - 1) + [LAST_MILLISECONDS]
     if kind == "gif":
-        # one palette, and no dots: a third of the bytes
-        palette = pictures[len(pictures) // 2].quantize(GIF_COLOURS, method=Image.Quantize.MAXCOVERAGE)
-        pictures = [each.quantize(palette=palette, dither=Image.Dither.NONE) for each in pictures]
+        # one for all, and no dots: a third of the bytes
+        pictures = with_palette(pictures, GIF_COLOURS)
     more: dict[str, Any] = {"append_images": pictures[1:], "duration": times, "loop": 0}
     more |= {"lossless": True, "method": 1} if kind == "webp" else {"disposal": 1}
     pictures[0].save(held, kind.upper(), save_all=True, **more)
