@@ -10,10 +10,10 @@ from matplotlib.lines import Line2D
 
 from pipeline.assess.georeference import Frame
 from pipeline.gis.vectors import RELEASE_COLOUR
+from pipeline.hazard.map_names import keep_apart
 from pipeline.hazard.map_panel import (
     draw_ground,
     frame_panel,
-    keep_apart,
     laid,
     mark_places,
     panels_of,
@@ -67,6 +67,8 @@ def draw_location(found: xr.Dataset, frame: Frame | None, path: Path) -> Path:
         fontsize="small",
     )
     figure.draw_without_rendering()
+    # names stand where they are found to have room
+    figure.set_layout_engine("none")
     keep_apart(renderer_of(figure), panel, names)
     figure.savefig(path, bbox_inches="tight")
     return path

@@ -14,8 +14,6 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
-from matplotlib.patheffects import withStroke
-from matplotlib.text import Annotation
 from matplotlib.ticker import MaxNLocator
 from matplotlib.transforms import Bbox
 from numpy.typing import NDArray
@@ -23,6 +21,7 @@ from numpy.typing import NDArray
 from pipeline.assess.georeference import Frame
 from pipeline.assess.relief import draw_relief
 from pipeline.gis.vectors import RELEASE_COLOUR
+from pipeline.hazard.map_names import HALO, Name
 
 Array = NDArray[np.float64]
 WIDTH = 8.0
@@ -31,17 +30,6 @@ TITLES = 0.06
 BUILDING_COLOUR = "0.25"
 # characters of a name in a line
 LONGEST_LINE = 24
-HALO = (withStroke(linewidth=2.2, foreground="white"),)
-# where the name of a receptor may stand, in points from it, with the side of the text that is there
-PLACES = (
-    *((4, 3, "left", "bottom"), (4, -3, "left", "top"), (-4, 3, "right", "bottom"), (-4, -3, "right", "top")),
-    *(
-        (0, 8, "center", "bottom"),
-        (0, -8, "center", "top"),
-        (14, 0, "left", "center"),
-        (-14, 0, "right", "center"),
-    ),
-)
 
 
 def laid(found: xr.Dataset, frame: Frame | None) -> tuple[Array, Array, tuple[Array, Array]]:
@@ -184,14 +172,13 @@ def frame_panel(panel: Axes, frame: Frame | None, corners: tuple[Array, Array]) 
     )
 
 
-def mark_places(
-    panel: Axes, frame: Frame | None, found: xr.Dataset, *, named: bool = True
-) -> list[Annotation]:
+def mark_places(panel: Axes, frame: Frame | None, found: xr.Dataset, *, named: bool = True) -> list[Name]:
     """Mark the receptors and releases that maps come with, in their attributes; gives the names."""
     for ring in json.loads(found.attrs.get("releases", "[]")):
         east, north = _placed(ring, frame)
         panel.plot(east, north, color=RELEASE_COLOUR, linewidth=1.1, linestyle=(0, (4, 2)), path_effects=HALO)
     names = []
+    buildings = _buildings(found, frame)
     for receptor in json.loads(found.attrs.get("receptors", "[]")):
         shape = receptor["polygon"] or receptor["line"] or [receptor["point"]]
         east, north = _placed([*shape, *shape[:1]] if receptor["polygon"] else shape, frame)
@@ -199,51 +186,31 @@ def mark_places(
         panel.plot(east, north, color="k", marker=mark, markersize=3, linewidth=1.1, path_effects=HALO)
         if named:
             at = int(np.argmax(north))
-            names.append(
-                panel.annotate(
-                    textwrap.fill(receptor["name"], LONGEST_LINE),
-                    (east[at], north[at]),
-                    textcoords="offset points",
-                    xytext=PLACES[0][:2],
-                    fontsize="small",
-                    path_effects=HALO,
-                    annotation_clip=True,
-                )
+            text = panel.annotate(
+                textwrap.fill(receptor["name"], LONGEST_LINE),
+                (east[at], north[at]),
+                textcoords="offset points",
+                xytext=(4, 3),
+                fontsize="small",
+                path_effects=HALO,
+                annotation_clip=True,
             )
+            names.append(Name(text, np.stack([east, north], axis=1), buildings))
     return names
+
+
+def _buildings(found: xr.Dataset, frame: Frame | None) -> Array:
+    """Places of the cells of buildings, (n, 2)."""
+    if "building" not in found.coords:
+        return np.empty((0, 2))
+    east, north, _ = laid(found, frame)
+    stands = found["building"].to_numpy() != 0
+    return np.stack([east[stands], north[stands]], axis=1)
 
 
 def _placed(places: list[list[float]], frame: Frame | None) -> tuple[Array, Array]:
     x, y = np.array(places, np.float64).T
     return frame.on_map(x, y) if frame else (x, y)
-
-
-def keep_apart(renderer: RendererBase, panel: Axes, names: list[Annotation]) -> None:
-    """Move names so that they lie within the panel and on no other name, where there is room."""
-    inside = panel.get_window_extent(renderer)
-    taken: list[Bbox] = []
-    for name in names:
-        tried: list[tuple[float, tuple[int, int, str, str], Bbox]] = []
-        for place in PLACES:
-            _move(name, place)
-            box = name.get_window_extent(renderer)
-            covered = sum(_area(Bbox.intersection(box, other)) for other in taken)
-            tried.append((covered + _area(box) - _area(Bbox.intersection(box, inside)), place, box))
-            if tried[-1][0] <= 0:
-                break
-        _, place, box = min(tried, key=lambda one: one[0])
-        _move(name, place)
-        taken.append(box)
-
-
-def _move(name: Annotation, place: tuple[int, int, str, str]) -> None:
-    name.set_position(place[:2])
-    name.set_horizontalalignment(place[2])  # type: ignore[arg-type]
-    name.set_verticalalignment(place[3])  # type: ignore[arg-type]
-
-
-def _area(box: Bbox | None) -> float:
-    return 0.0 if box is None else float(box.width * box.height)
 
 
 def leaves_upper_left(frame: Frame | None) -> bool:

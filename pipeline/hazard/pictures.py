@@ -21,12 +21,12 @@ from pipeline.gis.symbology import UNKNOWN_COLOUR, UNKNOWN_WORDS
 from pipeline.hazard import intensity
 from pipeline.hazard.discretisation import ENDING
 from pipeline.hazard.map_colours import fill, hatch, same_class
+from pipeline.hazard.map_names import keep_apart
 from pipeline.hazard.map_panel import (
     arrange,
     draw_ground,
     frame_panel,
     has_relief,
-    keep_apart,
     laid,
     mark_places,
     panels_of,

@@ -306,19 +306,16 @@ class Explorer {
     line(this.corners(), "#555555", 1, true);
     for (const ring of this.data.releases) line(ring.map((p) => this.onMap(...p)), "#8c510a", 1.5, true, [5, 3]);
     ctx.font = `${12 * ratio}px system-ui, sans-serif`;
-    const taken = [];
     for (const r of this.data.receptors) {
       const places = (r.polygon ?? r.line ?? [r.point]).map((p) => this.onMap(...p));
       if (places.length > 1) line(places, "#111111", 1.5, Boolean(r.polygon));
-      const [x, y2] = this.toScreen(...places.reduce((top, p) => (p[1] > top[1] ? p : top)));
-      if (places.length === 1) {
-        ctx.beginPath();
-        ctx.arc(x, y2, 4 * ratio, 0, 7);
-        ctx.fillStyle = "#111111";
-        ctx.fill();
-      }
-      this.name(ctx, ratio, r.name, x, y2, taken);
+      if (places.length > 1) continue;
+      ctx.beginPath();
+      ctx.arc(...this.toScreen(...places[0]), 4 * ratio, 0, 7);
+      ctx.fillStyle = "#111111";
+      ctx.fill();
     }
+    this.names(ctx, ratio);
     if (this.at) {
       const [x, y2] = this.toScreen(...this.at);
       for (const [stroke, wide] of [["#ffffff", 5], ["#d01c8b", 2]]) {
@@ -332,21 +329,68 @@ class Explorer {
     this.scaleBar(ctx, ratio);
   }
 
-  /* Writes a name beside its place, within the map and off the names before it where there is room. */
-  name(ctx, ratio, words, x, y, taken) {
-    const wide = ctx.measureText(words).width, high = 13 * ratio, gap = 5 * ratio;
-    const room = [this.canvas.width - wide - 4 * ratio, this.canvas.height - 4 * ratio];
-    const places = [[gap, -gap], [gap, high], [-gap - wide, -gap], [-gap - wide, high], [-wide / 2, -2 * gap], [-wide / 2, high + gap]]
-      .map(([dx, dy]) => [Math.max(4 * ratio, Math.min(x + dx, room[0])), Math.max(high, Math.min(y + dy, room[1]))]);
-    const covered = ([left, base]) => taken.reduce((sum, [a, b, w]) => sum
-      + Math.max(0, Math.min(left + wide, a + w) - Math.max(left, a)) * Math.max(0, high - Math.abs(base - b)), 0);
-    const [left, base] = places.reduce((best, one) => (covered(one) < covered(best) ? one : best));
-    taken.push([left, base, wide]);
-    ctx.lineWidth = 3 * ratio;
-    ctx.strokeStyle = "#ffffff";
-    ctx.strokeText(words, left, base);
-    ctx.fillStyle = "#111111";
-    ctx.fillText(words, left, base);
+  /* Places of a mark that are in view, in pixels, so close that nothing stands between them. */
+  seen(receptor, ratio) {
+    const corners = (receptor.polygon ?? receptor.line ?? [receptor.point]).map((p) => this.toScreen(...this.onMap(...p)));
+    if (receptor.polygon) corners.push(corners[0]);
+    const found = [corners[0]];
+    for (let i = 1; i < corners.length; i++) {
+      const [[x0, y0], [x1, y1]] = [corners[i - 1], corners[i]];
+      const count = Math.min(500, Math.ceil(Math.hypot(x1 - x0, y1 - y0) / (4 * ratio))) || 1;
+      for (let k = 1; k <= count; k++) found.push([x0 + ((x1 - x0) * k) / count, y0 + ((y1 - y0) * k) / count]);
+    }
+    return found.filter(([x, y]) => x >= 0 && y >= 0 && x <= this.canvas.width && y <= this.canvas.height);
+  }
+
+  /* Writes names nearest to their own marks, on no other name, or at the end of a line; none of what is out of view. */
+  names(ctx, ratio) {
+    const marks = this.data.receptors.map((r) => this.seen(r, ratio)), taken = [], high = 13 * ratio, gap = 4 * ratio;
+    const off = ([x, y], [left, top, wide]) => [x - Math.min(Math.max(x, left), left + wide), y - Math.min(Math.max(y, top), top + high)];
+    const apart = (places, box) => places.reduce((least, p) => Math.min(least, Math.hypot(...off(p, box))), Infinity);
+    this.named = [];
+    this.data.receptors.forEach((receptor, i) => {
+      const own = marks[i], others = marks.filter((_, k) => k !== i).flat();
+      if (!own.length) return;
+      const wide = ctx.measureText(receptor.name).width;
+      const outside = ([left, top]) => left < 0 || top < 0 || left + wide > this.canvas.width || top + high > this.canvas.height;
+      const covers = ([left, top]) => taken.some(([a, b, w]) => left < a + w + gap && a < left + wide + gap && Math.abs(top - b) < high + 1);
+      const ends = [[1, -1], [0, 1], [1, 1], [0, -1]].map(([axis, way]) => own.reduce((best, p) => (way * p[axis] > way * best[axis] ? p : best)));
+      const beside = [...ends, ...own.filter((_, k) => k % Math.ceil(own.length / 8) === 0)].flatMap(([x, y]) => [
+        [x + gap, y - gap - high], [x + gap, y + gap], [x - gap - wide, y - gap - high], [x - gap - wide, y + gap],
+        [x - wide / 2, y - gap - high], [x - wide / 2, y + gap], [x + 2 * gap, y - high / 2], [x - 2 * gap - wide, y - high / 2],
+      ]).map((corner) => [...corner, wide]);
+      const isNear = (box) => !outside(box) && !covers(box) && apart(own, box) > 0 && apart(own, box) < 0.7 * apart(others, box);
+      let box = beside.find(isNear);
+      const isLed = !box;
+      if (isLed) {
+        const cost = (one) => one[3] + 5000 * outside(one) + 2000 * covers(one) + 300 * (apart(own, one) < 1)
+          + 120 * Math.max(0, 1 - apart(others, one) / (15 * ratio));
+        const away = [10, 16, 24, 36, 54, 80, 110].flatMap((far) => Array.from({ length: 24 }, (_, k) => {
+          const [c, s] = [Math.cos((k * Math.PI) / 12), Math.sin((k * Math.PI) / 12)];
+          const at = own.reduce((best, p) => (p[0] * c + p[1] * s > best[0] * c + best[1] * s ? p : best));
+          const [x, y] = [at[0] + c * (far * ratio + wide / 2), at[1] + s * (far * ratio + high / 2)];
+          const room = [this.canvas.width - wide, this.canvas.height - high];
+          return [Math.max(0, Math.min(x - wide / 2, room[0])), Math.max(0, Math.min(y - high / 2, room[1])), wide, far];
+        }));
+        box = away.map((one) => [cost(one), one]).reduce((best, one) => (one[0] < best[0] ? one : best))[1];
+      }
+      taken.push(box);
+      this.named.push({ name: receptor.name, box: [box[0], box[1], wide, high], isLed });
+      const at = own.reduce((best, p) => (Math.hypot(...off(p, box)) < Math.hypot(...off(best, box)) ? p : best));
+      for (const [colour, width] of isLed ? [["#ffffff", 3], ["#111111", 1]] : []) {
+        ctx.beginPath();
+        ctx.moveTo(...at);
+        ctx.lineTo(at[0] - off(at, box)[0], at[1] - off(at, box)[1]);
+        ctx.strokeStyle = colour;
+        ctx.lineWidth = width * ratio;
+        ctx.stroke();
+      }
+      ctx.lineWidth = 3 * ratio;
+      ctx.strokeStyle = "#ffffff";
+      ctx.strokeText(receptor.name, box[0], box[1] + 0.8 * high);
+      ctx.fillStyle = "#111111";
+      ctx.fillText(receptor.name, box[0], box[1] + 0.8 * high);
+    });
   }
 
   /* Lines of equal elevation, every fifth one strong, with their elevation where there is room for it. */

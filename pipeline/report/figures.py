@@ -24,7 +24,8 @@ from pipeline.assess.plots import COLOURS, title_of
 from pipeline.assess.relief import draw_relief
 from pipeline.assess.tables import values
 from pipeline.gis.symbology import of_values
-from pipeline.hazard.map_panel import keep_apart, mark_places, scale_bar
+from pipeline.hazard.map_names import keep_apart
+from pipeline.hazard.map_panel import mark_places, scale_bar
 from pipeline.report.palette import with_palette
 
 CURVE_POINTS = 400
@@ -220,6 +221,10 @@ def film(
         corners = np.stack(frame.corners)
         axes.plot(*np.concatenate([corners, corners[:, :1]], axis=1), color="0.3", linewidth=0.6)
     names = [] if marks is None else mark_places(axes, frame, marks)
+    # receptors may lie far beyond what is shown
+    margin = 0.03 * float(max(np.ptp(east), np.ptp(north)))
+    axes.set_xlim(float(east.min()) - margin, float(east.max()) + margin)
+    axes.set_ylim(float(north.min()) - margin, float(north.max()) + margin)
     scale_bar(axes, frame, float(np.ptp(east)))
     title = axes.set_title("", fontsize="medium", loc="left")
     pictures = []

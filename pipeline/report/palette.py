@@ -27,7 +27,7 @@ def with_palette(pictures: Sequence[Image.Image], most: int) -> list[Image.Image
     numbers = [_numbered(each) for each in pictures]
     found = [np.unique(each, return_counts=True) for each in numbers]
     colours, which = np.unique(np.concatenate([each for each, _ in found]), return_inverse=True)
-    counts = np.bincount(which, np.concatenate([each for _, each in found]))
+    counts = np.bincount(which, np.concatenate([each for _, each in found])).astype(np.intp)
     palette, index = _reduced(colours, counts, most)
     made = []
     for each in numbers:
@@ -40,10 +40,11 @@ def with_palette(pictures: Sequence[Image.Image], most: int) -> list[Image.Image
 def _numbered(picture: Image.Image) -> Numbers:
     """Write each pixel's colour as one number."""
     red, green, blue = np.moveaxis(np.asarray(picture.convert("RGB")).astype(np.intp), -1, 0)
-    return red << 16 | green << 8 | blue
+    numbers: Numbers = red << 16 | green << 8 | blue
+    return numbers
 
 
-def _reduced(colours: Numbers, counts: NDArray[np.float64], most: int) -> tuple[NDArray[np.uint8], ...]:
+def _reduced(colours: Numbers, counts: Numbers, most: int) -> tuple[NDArray[np.uint8], ...]:
     """Choose a palette, (most, 3); with the number in it of each colour."""
     parts = np.stack([colours >> 16, colours >> 8 & 255, colours & 255], axis=1).astype(np.uint8)
     greys = most // 4

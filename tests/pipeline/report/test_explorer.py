@@ -318,6 +318,34 @@ def test_in_a_browser_bounds_are_those_of_the_maps_where_runs_are_missing(place,
     assert (np.array(shares["upper"]) > np.array(shares["lower"])).any()
 
 
+@pytest.mark.skipif(installed() is None, reason="there is no headless browser (chromium)")
+def test_in_a_browser_names_are_nearest_to_their_own_marks_and_none_is_of_what_is_out_of_view(
+    place, tmp_path
+):
+    asked = """(async () => {
+      const one = explorers[0], whole = one.named, marks = one.data.receptors.map((r) => one.seen(r, 1));
+      const view = [one.canvas.width, one.canvas.height];
+      one.view.e += 5000;
+      one.draw();
+      return [whole, marks, view, one.named.length];
+    })()"""
+    page = pipeline.write_report(place, tmp_path / "page.html")
+    (names, marks, view, away), said = asyncio.run(seen_by_hands(page, asked, 1280, 900))
+    assert said == []
+    assert [each["name"] for each in names] == ["Häusli", "road"]
+    for i, each in enumerate(names):
+        left, top, wide, high = each["box"]
+        assert left >= 0 <= top
+        assert left + wide <= view[0]
+        assert top + high <= view[1]
+        own, other = (
+            np.hypot(*(places - np.clip(places, [left, top], [left + wide, top + high])).T).min()
+            for places in (np.array(marks[i]), np.array(marks[1 - i]))
+        )
+        assert each["isLed"] or own < other
+    assert away == 0
+
+
 def first_number(text):
     return float(re.search(r"[\d.]+", text)[0])
 
