@@ -16,7 +16,8 @@ from matplotlib.ticker import MaxNLocator
 
 from pipeline.readable import written
 
-UNKNOWN_COLOUR = "#cccccc"
+# no grey, which is what a hillshade is of
+UNKNOWN_COLOUR = "#d9a0e8"
 UNKNOWN_WORDS = "not computed"
 # with fewer classes below the largest value a scale says nothing, as on a model in a laboratory
 LEAST_CLASSES = 3

@@ -1,4 +1,4 @@
-"""The colours of a map: by classes of its legend, pale where a bound is the estimate, grey where unknown."""
+"""The colours of a map: by classes of its legend, pale where a bound is the estimate, hatched if unknown."""
 
 from __future__ import annotations
 
@@ -17,6 +17,8 @@ from pipeline.hazard import intensity
 Array = NDArray[np.float64]
 # of a bound where it is the estimate
 ALIKE = 0.25
+# of what is not known, over its colour
+UNKNOWN_HATCH, UNKNOWN_LINES = "--", "#8a4f9e"
 # above every value
 HIGHEST = 1e30
 
@@ -38,6 +40,13 @@ def same_class(layer: Layer, values: Array) -> NDArray[np.bool_]:
     return np.asarray((one == other) & (known[0] == known[1]))
 
 
+def is_unknown(layer: Layer, values: Array) -> NDArray[np.bool_]:
+    """Say where nothing was computed; a time is missing where nothing arrives, which is known."""
+    if layer.style.discrete:
+        return np.asarray(values == intensity.UNKNOWN)
+    return np.isnan(values) & (not layer.is_of_time)
+
+
 def fill(
     panel: Axes,
     x: Array,
@@ -47,7 +56,7 @@ def fill(
     alpha: float,
     same: NDArray[np.bool_] | None = None,
 ) -> None:
-    """Colour one panel; what is the ``same`` as on another one is pale."""
+    """Colour one panel where something is known; what is the ``same`` as on another one is pale."""
     style = layer.style
     if layer.kind == "difference":
         _differences(panel, x, y, values, layer, alpha)
@@ -67,8 +76,6 @@ def fill(
     panel.contourf(x, y, given, levels=edges, colors=colours, alpha=alpha)
     if given.count() and given.max() > edges[0] > given.min():
         panel.contour(x, y, given, levels=edges[:-1], colors="k", linewidths=0.3)
-    if not layer.is_of_time and np.ma.is_masked(given):
-        _unknown(panel, x, y, np.ma.getmaskarray(given), alpha)
 
 
 def _differences(panel: Axes, x: Array, y: Array, values: Array, layer: Layer, alpha: float) -> None:
@@ -89,8 +96,6 @@ def _differences(panel: Axes, x: Array, y: Array, values: Array, layer: Layer, a
         rasterized=True,
         alpha=alpha,
     )
-    if np.isnan(values).any() and not layer.is_of_time:
-        _unknown(panel, x, y, np.isnan(values), alpha)
 
 
 def _cells(panel: Axes, x: Array, y: Array, values: Array, style: Style, alpha: float) -> None:
@@ -98,10 +103,8 @@ def _cells(panel: Axes, x: Array, y: Array, values: Array, style: Style, alpha: 
     if style.discrete:
         numbers = [each.lower for each in style.entries]
         edges, free = [*(number - 0.5 for number in numbers), numbers[-1] + 0.5], values < 0.5
-        unknown = values == intensity.UNKNOWN
     else:
         edges, free = [*style.edges[:-1], min(style.edges[-1], HIGHEST)], ~(values > style.edges[0])
-        unknown = np.isnan(values)
     colours = ListedColormap([each.colour for each in style.entries])
     panel.pcolormesh(
         x,
@@ -113,11 +116,16 @@ def _cells(panel: Axes, x: Array, y: Array, values: Array, style: Style, alpha: 
         rasterized=True,
         alpha=alpha,
     )
-    if unknown.any():
-        _unknown(panel, x, y, unknown, alpha)
 
 
-def _unknown(panel: Axes, x: Array, y: Array, unknown: NDArray[np.bool_], alpha: float) -> None:
-    grey = ListedColormap([UNKNOWN_COLOUR])
+def fill_unknown(panel: Axes, x: Array, y: Array, unknown: NDArray[np.bool_], alpha: float) -> None:
+    """Colour and hatch where nothing is known."""
+    if not unknown.any():
+        return
+    colour = ListedColormap([UNKNOWN_COLOUR])
     mesh = np.ma.masked_where(~unknown, np.zeros(unknown.shape))
-    panel.pcolormesh(x, y, mesh, cmap=grey, shading="nearest", alpha=alpha)
+    panel.pcolormesh(x, y, mesh, cmap=colour, shading="nearest", alpha=alpha)
+    part = panel.contourf(
+        x, y, unknown.astype(float), levels=[0.5, 1.5], colors="none", hatches=[UNKNOWN_HATCH]
+    )
+    part.set(edgecolor=UNKNOWN_LINES, linewidth=0)

@@ -18,11 +18,19 @@ from pipeline.assess.georeference import Frame
 from pipeline.assess.plots import CHARACTERS_PER_INCH
 from pipeline.gis.layer import BANDS, ERROR, Layer
 from pipeline.gis.symbology import UNKNOWN_COLOUR, UNKNOWN_WORDS
-from pipeline.hazard import intensity
 from pipeline.hazard.discretisation import ENDING
-from pipeline.hazard.map_colours import fill, hatch, same_class
+from pipeline.hazard.map_colours import (
+    UNKNOWN_HATCH,
+    UNKNOWN_LINES,
+    fill,
+    fill_unknown,
+    hatch,
+    is_unknown,
+    same_class,
+)
 from pipeline.hazard.map_names import keep_apart
 from pipeline.hazard.map_panel import (
+    BUILDING_COLOUR,
     arrange,
     draw_ground,
     frame_panel,
@@ -93,12 +101,16 @@ def _draw(layer: Layer, found: xr.Dataset, frame: Frame | None, kind: str) -> by
     width, height = (float(np.ptp(side)) for side in corners)
     wide = height / width < 0.5
     figure, panels = panels_of(height / width, len(shown), wide)
-    relief = has_relief(found)
+    alpha = OVER_RELIEF if has_relief(found) else 1.0
+    # nothing flows there: they are drawn as what they are
+    built = found["building"].to_numpy() != 0 if "building" in found.coords else np.zeros(east.shape, bool)
+    unknown = [is_unknown(layer, layer.values[bound].to_numpy()) & ~built for bound in shown]
     names = []
-    for panel, bound in zip(panels, shown, strict=True):
+    for panel, bound, missing in zip(panels, shown, unknown, strict=True):
         values = layer.values[bound].to_numpy()
         same = same_class(layer, values) if bound not in ("", ERROR) else None
-        fill(panel, east, north, values, layer, OVER_RELIEF if relief else 1.0, same)
+        fill(panel, east, north, values, layer, alpha, same)
+        fill_unknown(panel, east, north, missing, alpha)
         if bound == "":
             hatch(panel, east, north, layer.in_doubt)
         draw_ground(panel, east, north, found)
@@ -110,7 +122,7 @@ def _draw(layer: Layer, found: xr.Dataset, frame: Frame | None, kind: str) -> by
             words = BANDS[bound] if layer.kind == "difference" else PANEL_TITLES[bound]
             panel.set_title(words + note, fontsize="medium", loc="left", pad=3)
     scale_bar(panels[0], frame, width)
-    _explain(panels[0], layer)
+    _explain(panels[0], layer, has_unknown=any(each.any() for each in unknown), has_built=bool(built.any()))
     for panel in panels if wide else panels[:2]:
         panel.set_ylabel("northing (m)" if frame else "across the bed (m)")
     # below each other one row of eastings is enough, and nothing stands between the panels but titles
@@ -123,8 +135,6 @@ def _draw(layer: Layer, found: xr.Dataset, frame: Frame | None, kind: str) -> by
     lines = [f"{found.attrs['title']}: {layer.title}", found.attrs["comment"], *_sources(layer, found)]
     if frame:
         lines[1] += f"; {frame.system}"
-    if "building" in found.coords:
-        lines[1] += "; buildings are dark"
     if spacing := found.attrs.get(ENDING[1:]):
         lines.append(f"error of the spacing: {spacing}")
     text = "\n".join(textwrap.fill(line, characters) for line in lines)
@@ -150,19 +160,25 @@ def _draw(layer: Layer, found: xr.Dataset, frame: Frame | None, kind: str) -> by
     return held.getvalue()
 
 
-def _explain(panel: Axes, layer: Layer) -> None:
+def _explain(panel: Axes, layer: Layer, *, has_unknown: bool, has_built: bool) -> None:
     """Add the legend."""
     style = layer.style
     handles = [
         Patch(facecolor=each.colour, edgecolor="0.3", linewidth=0.4, label=each.label)
         for each in reversed(style.entries)
     ]
-    unknown = [
-        values == intensity.UNKNOWN if style.discrete else values.isnull() & (not layer.is_of_time)
-        for values in layer.values.values()
-    ]
-    if any(bool(each.any()) for each in unknown):
-        handles.append(Patch(facecolor=UNKNOWN_COLOUR, label=UNKNOWN_WORDS))
+    if has_unknown:
+        handles.append(
+            Patch(
+                facecolor=UNKNOWN_COLOUR,
+                edgecolor=UNKNOWN_LINES,
+                hatch=UNKNOWN_HATCH,
+                linewidth=0,
+                label=UNKNOWN_WORDS,
+            )
+        )
+    if has_built:
+        handles.append(Patch(facecolor=BUILDING_COLOUR, label="building"))
     panel.legend(
         handles=handles,
         title=textwrap.fill(style.caption, 18),

@@ -9,21 +9,23 @@ import pytest
 import rasterio
 import shapely
 import xarray as xr
+from matplotlib.colors import to_hex
 from PIL import Image
 
 from pipeline.assess.ensemble import ensemble
 from pipeline.assess.georeference import Frame, GeoreferenceError, frame, north_up
 from pipeline.gis.raster import OUTSIDE, UNKNOWN
-from pipeline.gis.symbology import CLASSES
+from pipeline.gis.symbology import CLASSES, UNKNOWN_COLOUR
 from pipeline.gis.vectors import outline
 from pipeline.hazard import geo_files, map_panel, pictures
 from pipeline.hazard.layers import layers
 from pipeline.hazard.map_files import write_maps
 from pipeline.hazard.map_panel import round_below
-from pipeline.hazard.mapping import map_hazard
+from pipeline.hazard.mapping import map_hazard, without_buildings
 from pipeline.hazard.netcdf import read, write
 from pipeline.hazard.pictures import draw
 from pipeline.settings.hazard import Georeference, Hazard
+from pipeline.store.variables import Status
 
 X, Y = np.arange(0.0, 1201, 5), np.arange(-150.0, 151, 5)
 SLOPE = 20.0
@@ -237,6 +239,28 @@ class TestPictures:
         levels = CLASSES["hazard_level"]
         red, yellow = (tuple(bytes.fromhex(levels[i].colour[1:])) for i in (3, 1))
         assert counts[red] > 20 * counts.get(yellow, 0) > 0
+
+    @pytest.mark.parametrize("status", [(1, 1, 1, 1), (1, 1, 1, 2)], ids=["all done", "one failed"])
+    def test_show_buildings_as_such_and_not_computed_in_no_grey(self, status, tmp_path, monkeypatch):
+        told = []
+        legend = pictures.Axes.legend
+        monkeypatch.setattr(
+            pictures.Axes,
+            "legend",
+            lambda panel, **given: told.extend(given["handles"]) or legend(panel, **given),
+        )
+        stands = np.zeros((len(Y), len(X)), np.int8)
+        stands[28:34, 100:106] = 1
+        found = without_buildings(made(status).assign_coords(building=(("y", "x"), stands)))
+        (layer,) = (each for each in layers(found) if each.name == "hazard_level")
+        draw(layer, found, frame(found, GROUND), tmp_path / "map.png")
+        entries = {each.get_label(): to_hex(each.get_facecolor()) for each in told}
+        assert entries["building"] == to_hex(map_panel.BUILDING_COLOUR)
+        assert ("not computed" in entries) == (Status.FAILED in status)
+        red, green, blue = (
+            int(entries.get("not computed", UNKNOWN_COLOUR)[at : at + 2], 16) for at in (1, 3, 5)
+        )
+        assert max(red, green, blue) - min(red, green, blue) > 60
 
     def test_mark_receptors(self, tmp_path):
         found = few(made())
