@@ -151,6 +151,13 @@ def values(store: xr.Dataset, name: str) -> Values:
     return Values(held, weights(store), open_ended & (name not in AT_MOST), open_ended & (name in AT_MOST))
 
 
+def creeping(store: xr.Dataset) -> NDArray[np.bool_]:
+    """Say of each run whether it is done though not all of it was at rest at its end, shape (runs,)."""
+    states = [Status(state) for state in store[STATUS.name].to_numpy()]
+    ended = computed(store).to_numpy() & ~np.array([state.is_cut_off for state in states], bool)
+    return np.asarray(ended & np.isnan(store["rest_time"].to_numpy()))
+
+
 def _farthest(store: xr.Dataset, name: str, held: Array) -> Array:
     """Reach of runs, (runs,), where that of an overrun run holds the lower side that its flow left through.
 

@@ -16,6 +16,7 @@ from pipeline.assess.frames import on_surface
 from pipeline.assess.probability import BOUNDS
 from pipeline.assess.receptors import reached
 from pipeline.gis.symbology import CLASSES
+from pipeline.report.tables.runs import creeping_words
 from pipeline.report.tables.table import OPEN, between, share_in_words, short
 from pipeline.store.storage import Location
 
@@ -192,6 +193,8 @@ def _doubts(store: xr.Dataset) -> Iterator[str]:
             f"{_runs(found.overrun)} lost material {where} and {found.cut_off} still "
             "moved at their end: reach and probabilities are lower bounds of what these may do."
         )
+    if "rest_time" in store and (words := creeping_words(store)):
+        yield words
     if found.failed or found.pending:
         missing = (
             f"{_runs(found.failed)} failed and {_runs(found.pending)} of the plan have not been computed"

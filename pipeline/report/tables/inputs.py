@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from typing import Any
 
 import xarray as xr
 from pydantic import BaseModel
 
-from pipeline.readable import number, with_unit
+from pipeline.readable import with_unit
 from pipeline.report.tables.table import Table
 from pipeline.scenario.scenario import Settings, stored
 from pipeline.settings.section import declared
+from pipeline.settings.surface import ElevationTerrain
 from solver.scheme import Collocation
 
 # said elsewhere on the page, or of no meaning for it
@@ -39,6 +41,7 @@ def inputs(store: xr.Dataset) -> Table:
     """Table what the scenario gives, with units and meaning; what it leaves to defaults is left out."""
     settings = stored(store.attrs)
     rows = [row for row in _given(settings, ()) if row[0].split(".")[0] not in LEFT_OUT]
+    rows += _found(settings, store)
     rows += _varied(settings)
     note = "Keys are those of the scenario file; what is not listed has its default."
     return Table("Inputs", ["key", "value", "what it is"], rows, note)
@@ -58,16 +61,45 @@ def _given(section: BaseModel, path: tuple[str, ...]) -> Iterator[list[str]]:
                 yield from _given(each, (*place, str(i)))
         else:
             meaning = declared(section, name, "description").split(". Default:")[0].replace("`", "")
-            yield [".".join(place), with_unit(_shown(value), declared(section, name, "unit")), meaning]
+            # a file or a word may stand for a number
+            unit = declared(section, name, "unit") if _has_numbers(value) else ""
+            yield [".".join(place), with_unit(_shown(value), unit), meaning]
+
+
+def _found(settings: Settings, store: xr.Dataset) -> Iterator[list[str]]:
+    """Give what was left out on an elevation model and found for it: the domain and the reference system."""
+    if not isinstance(settings.terrain, ElevationTerrain):
+        return
+    if settings.domain is None and "domain" in store.attrs:
+        for axis, sides in json.loads(store.attrs["domain"]).items():
+            yield [f"domain.{axis}", f"{_shown(sides)} m", "left out: found by where the flow goes"]
+    if settings.terrain.crs is None and "crs" in store.attrs:
+        yield ["terrain.crs", str(store.attrs["crs"]), "left out: that of the elevation model"]
+
+
+def _has_numbers(value: Any) -> bool:
+    if isinstance(value, dict):
+        return any(map(_has_numbers, value.values()))
+    if isinstance(value, tuple | list):
+        return any(map(_has_numbers, value))
+    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def _shown(value: Any) -> str:
+    """Write what was given with all its digits, and corners as pairs."""
     if isinstance(value, dict):
         return "; ".join(f"{name}: {_shown(inner)}" for name, inner in value.items())
     if isinstance(value, tuple | list):
         more = f" and {len(value) - MOST_VALUES} more" if len(value) > MOST_VALUES else ""
-        return ", ".join(_shown(each) for each in value[:MOST_VALUES]) + more
-    return number(value) if isinstance(value, float) else str(value)
+        return ", ".join(map(_one_of, value[:MOST_VALUES])) + more
+    return f"{value:,.12g}" if isinstance(value, float) else str(value)
+
+
+def _one_of(value: Any) -> str:
+    if isinstance(value, tuple | list):
+        return f"({_shown(value)})"
+    # a comma is between numbers
+    return f"{value:.12g}" if isinstance(value, float) else _shown(value)
 
 
 def _varied(settings: Settings) -> Iterator[list[str]]:

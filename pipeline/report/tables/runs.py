@@ -11,11 +11,13 @@ import pandas as pd
 import xarray as xr
 
 from pipeline.assess import tables
-from pipeline.assess.ensemble import computed, whose
+from pipeline.assess.ensemble import computed, counts, whose
 from pipeline.assess.probability import in_words
 from pipeline.assess.sections import passed
-from pipeline.readable import number, written
+from pipeline.assess.tables import creeping
+from pipeline.readable import number, percent, written
 from pipeline.report.tables.table import FAINT, MOST_ROWS, Table, bounded, short
+from pipeline.runs.ending import MOVING_SHARE
 from pipeline.store.provenance import BINDING, PACKAGES, differences
 from pipeline.store.storage import Location
 from pipeline.store.variables import PER_RUN, VOLUMES, Status
@@ -129,7 +131,7 @@ def quantiles(store: xr.Dataset, fine: xr.Dataset | None = None) -> Table | None
         changed = [] if fine is None else [short(float(str(row["discretisation"])))]
         rows.append([title, *(in_words(*each, short) for each in bounds), *changed])
     head = ["quantity", *(f"{100 * share:g} % of {whose(store)} below" for share in tables.SHARES)]
-    note = "Of all planned runs; above is what runs that left the domain, were cut off or failed leave open."
+    note = f"{_open_words(store)} {creeping_words(store)}".strip()
     if fine is not None:
         head.append("spacing")
         note += (
@@ -137,6 +139,32 @@ def quantiles(store: xr.Dataset, fine: xr.Dataset | None = None) -> Table | None
             "spacing to the closest."
         )
     return Table(f"Quantiles over {whose(store)}", head, rows, note) if computed(store).any() else None
+
+
+def _open_words(store: xr.Dataset) -> str:
+    """Say which runs leave numbers open."""
+    found = counts(store)
+    words = {
+        "lost material": found.overrun,
+        "were cut off": found.cut_off,
+        "failed": found.failed,
+        "are pending": found.pending,
+    }
+    held = [word for word, n in words.items() if n]
+    what = f"; above is what runs that {' or '.join(held)} leave open" if held else ""
+    return f"Of all planned runs{what}."
+
+
+def creeping_words(store: xr.Dataset) -> str:
+    """Say how many runs are done that were not at rest at their end, and by which limit; "" without one."""
+    count = int(creeping(store).sum())
+    if not count:
+        return ""
+    who = f"{count} run{'s' * (count != 1)} {'was' if count == 1 else 'were'}"
+    return (
+        f"{who} not wholly at rest at the end and counted as done, as no more than {percent(MOVING_SHARE)} "
+        "of the volume still moved: rest times are above that end."
+    )
 
 
 def failures(store: xr.Dataset) -> Table | None:

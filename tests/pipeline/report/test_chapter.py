@@ -22,6 +22,7 @@ from pipeline.report.findings import _doubts, by_period, findings
 from pipeline.report.section import _along_profile, _along_surface, section
 from pipeline.report.tables.inputs import inputs, method
 from pipeline.report.tables.receptors import receptors, sheets
+from pipeline.report.tables.runs import quantiles
 from pipeline.report.tables.table import short
 from pipeline.scenario.scenario import stored
 from pipeline.store.variables import Status
@@ -174,7 +175,7 @@ class TestFindings:
         # on an elevation model no data are an end of it as its sides are
         flat = xr.zeros_like(overrun["max_depth"].isel(run=0, drop=True))
         on_ground = overrun.assign_coords(elevation=flat)
-        (line,) = _doubts(on_ground)
+        line, *_ = _doubts(on_ground)
         assert line.startswith("4 runs lost material where the domain or the data end")
 
 
@@ -198,6 +199,59 @@ def test_inputs_have_units_and_meanings(store):
     words = " ".join(method(store))
     assert "81 x 25 points of 2 m spacing" in words
     assert "collocation" not in words
+
+
+def test_inputs_have_coordinates_with_all_digits_and_no_unit_behind_words():
+    scene = """\
+name: creek
+terrain: {elevation: dem.tif}
+points: {spacing: 5}
+inflow:
+  - name: creek
+    section: [[2600300, 1200655.25], [2600300, 1200690]]
+    hydrograph: {file: q.csv}
+    depth: normal
+structures: [{kind: building, polygon: houses.gpkg}]
+material: {bed_friction: 8.123456, earth_pressure: isotropic}
+receptors: [{name: house, point: [2601060, 1200640]}]
+"""
+    domain = '{"x": [2600002.5, 2601242.5], "y": [1200512.5, 1200797.5]}'
+    rows = {
+        row[0]: row[1]
+        for row in inputs(
+            xr.Dataset(attrs={"title": "creek", "scenario": scene, "domain": domain, "crs": "EPSG:2056"})
+        ).rows
+    }
+    assert rows["inflow.0.section"] == "(2600300, 1200655.25), (2600300, 1200690) m"
+    assert rows["inflow.0.depth"] == "normal"
+    assert rows["structures.0.polygon"] == "houses.gpkg"
+    assert rows["material.bed_friction"] == "8.123456°"
+    assert rows["domain.x"] == "2600002.5, 2601242.5 m"
+    assert rows["domain.y"] == "1200512.5, 1200797.5 m"
+    assert rows["terrain.crs"] == "EPSG:2056"
+
+
+@pytest.mark.parametrize(
+    ("status", "note"),
+    [
+        (
+            [Status.DONE] * 4,
+            "Of all planned runs. 1 run was not wholly at rest at the end and counted as done",
+        ),
+        (
+            [Status.CUT_OFF, Status.FAILED, Status.DONE, Status.DONE],
+            "Of all planned runs; above is what runs that were cut off or failed leave open.",
+        ),
+    ],
+)
+def test_quantiles_say_which_runs_leave_them_open(store, status, note):
+    rest = store["rest_time"].copy(data=[np.nan, 20.0, 21.0, 22.0])
+    changed = store.assign(rest_time=rest, status=store["status"].copy(data=status))
+    told = quantiles(changed).note
+    assert told.startswith(note)
+    # the limit is that of the status
+    assert ("no more than 2 % of the volume still moved" in told) == (status[0] is Status.DONE)
+    assert told.endswith("above that end.") == (status[0] is Status.DONE)
 
 
 class TestTheSection:
