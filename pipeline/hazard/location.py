@@ -9,8 +9,8 @@ import xarray as xr
 from matplotlib.lines import Line2D
 
 from pipeline.assess.georeference import Frame
+from pipeline.gis.map_names import keep_apart
 from pipeline.gis.vectors import RELEASE_COLOUR
-from pipeline.hazard.map_names import keep_apart
 from pipeline.hazard.map_panel import (
     draw_ground,
     frame_panel,

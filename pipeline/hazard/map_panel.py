@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 
 from pipeline.assess.georeference import Frame
 from pipeline.assess.relief import draw_relief
+from pipeline.gis.map_names import HALO, Name
 from pipeline.gis.vectors import RELEASE_COLOUR
-from pipeline.hazard.map_names import HALO, Name
 
 Array = NDArray[np.float64]
 WIDTH = 8.0

@@ -17,6 +17,7 @@ from matplotlib.patches import Patch
 from pipeline.assess.georeference import Frame
 from pipeline.assess.plots import CHARACTERS_PER_INCH
 from pipeline.gis.layer import BANDS, ERROR, Layer
+from pipeline.gis.map_names import keep_apart
 from pipeline.gis.symbology import UNKNOWN_COLOUR, UNKNOWN_WORDS
 from pipeline.hazard.discretisation import ENDING
 from pipeline.hazard.map_colours import (
@@ -28,7 +29,6 @@ from pipeline.hazard.map_colours import (
     is_unknown,
     same_class,
 )
-from pipeline.hazard.map_names import keep_apart
 from pipeline.hazard.map_panel import (
     BUILDING_COLOUR,
     arrange,

@@ -23,8 +23,8 @@ from pipeline.assess.gridding import gridded
 from pipeline.assess.plots import COLOURS, title_of
 from pipeline.assess.relief import draw_relief
 from pipeline.assess.tables import values
+from pipeline.gis.map_names import keep_apart
 from pipeline.gis.symbology import of_values
-from pipeline.hazard.map_names import keep_apart
 from pipeline.hazard.map_panel import mark_places, scale_bar
 from pipeline.report.palette import with_palette
 

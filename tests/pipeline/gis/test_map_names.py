@@ -9,7 +9,7 @@ import xarray as xr
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from pipeline.hazard.map_names import keep_apart
+from pipeline.gis.map_names import keep_apart
 from pipeline.hazard.map_panel import mark_places
 
 WIDTH, HEIGHT = 1250.0, 300.0
