@@ -26,7 +26,7 @@ NOTHING = np.empty((0, 2))
 # a name is so much nearer to its own mark than to any other one
 NEARER = 0.7
 # and where it is not, so far from its mark at the end of a line, in points, in so many directions
-AWAY, DIRECTIONS = (10, 16, 24, 36, 54, 80, 110), 24
+AWAY, DIRECTIONS = (10, 16, 24, 36, 54, 80, 110), 16
 # between the places of a mark that names keep clear of, pixels, and how many there are at most of a side
 STEP, MOST = 3.0, 500
 # beside names and marks, points
@@ -80,7 +80,8 @@ def keep_apart(renderer: RendererBase, panel: Axes, names: Sequence[Name]) -> No
         solid = [marks[k] for k in others if not _is_line(names[k].mark)]
         lines = [marks[k] for k in others if _is_line(names[k].mark)]
         solid.append(_others(name, panel, view))
-        around = Around(np.concatenate(solid), np.concatenate([NOTHING, *lines]), taken, view)
+        corners = np.array([each.extents for each in taken]).reshape(-1, 4)
+        around = Around(np.concatenate(solid), np.concatenate([NOTHING, *lines]), corners, view)
         box, is_led = _placed(marks[i], around, _size(name.text, renderer), points)
         taken.append(box)
         at = _nearest(marks[i], box)
@@ -127,20 +128,24 @@ class Around:
     ----------
     solid, lines : (n, 2) array
         Places of other marks: of all but lines, and of lines, on which a name may stand if need be.
-    taken : sequence of Bbox
-        Other texts.
+    taken : (k, 4) array
+        Boxes of other texts: left, bottom, right and top.
     view : Bbox
         What a name does not leave.
     """
 
     solid: Array
     lines: Array
-    taken: Sequence[Bbox]
+    taken: Array
     view: Bbox
 
     def covered(self, box: Bbox, clear: float) -> float:
         """Part of a box that is on other texts or out of view, and more where it is on both."""
-        shared = sum(_area(Bbox.intersection(box.padded(clear), each)) for each in self.taken)
+        low, high = (
+            np.maximum(self.taken[:, :2], box.min - clear),
+            np.minimum(self.taken[:, 2:], box.max + clear),
+        )
+        shared = float(np.clip(high - low, 0, None).prod(axis=1).sum())
         return (shared + _area(box) - _area(Bbox.intersection(box, self.view))) / _area(box)
 
 
@@ -164,7 +169,8 @@ def _placed(mark: Array, around: Around, size: Array, points: float) -> tuple[Bb
     def cost(tried: tuple[Bbox, float]) -> float:
         box, away = tried
         line = _line(mark, box)
-        through = any(each.padded(clear).contains(*place) for each in around.taken for place in line)
+        inside = (line[:, None] > around.taken[:, :2] - clear) & (line[:, None] < around.taken[:, 2:] + clear)
+        through = bool(inside.all(axis=2).any())
         return (
             away
             + COVERS * around.covered(box, clear)
@@ -175,7 +181,16 @@ def _placed(mark: Array, around: Around, size: Array, points: float) -> tuple[Bb
             + CROSSES * through
         )
 
-    return min(_away(mark, size, points, around.view), key=cost)[0], True
+    least, best = np.inf, None
+    for tried in _away(mark, size, points, around.view):
+        # none that is farther away is better
+        if best is not None and tried[1] >= least:
+            break
+        now = cost(tried)
+        if now < least:
+            least, best = now, tried[0]
+    assert best is not None
+    return best, True
 
 
 def _beside(mark: Array, size: Array, points: float) -> Iterator[Bbox]:
@@ -217,7 +232,7 @@ def _nearest(mark: Array, box: Bbox) -> Array:
 def _line(mark: Array, box: Bbox) -> Array:
     """Places along the line that leads from a box to its mark, the mark itself left out."""
     at = _nearest(mark, box)
-    return np.linspace(at, np.clip(at, box.min, box.max), 12, dtype=np.float64)[2:]
+    return np.linspace(at, np.clip(at, box.min, box.max), 8, dtype=np.float64)[2:]
 
 
 def _area(box: Bbox | None) -> float:
