@@ -142,8 +142,8 @@ class Around:
     def covered(self, box: Bbox, clear: float) -> float:
         """Part of a box that is on other texts or out of view, and more where it is on both."""
         low, high = (
-            np.maximum(self.taken[:, :2], box.min - clear),
-            np.minimum(self.taken[:, 2:], box.max + clear),
+            np.maximum(self.taken[:, :2], np.asarray(box.min) - clear),
+            np.minimum(self.taken[:, 2:], np.asarray(box.max) + clear),
         )
         shared = float(np.clip(high - low, 0, None).prod(axis=1).sum())
         return (shared + _area(box) - _area(Bbox.intersection(box, self.view))) / _area(box)
