@@ -24,6 +24,7 @@ from elevation_files import (
     write_raster,
     written,
 )
+from few_pictures import drawn_once
 from rasterio.transform import from_origin
 from root import ROOT
 
@@ -196,7 +197,8 @@ def test_what_comes_to_no_data_has_left_and_scenarios_are_laid_over_each_other(f
     assert (gap == np.isin(np.arange(COLUMNS), range(25, 30))).all()
     # nothing flows beyond
     assert float(results["small"]["max_depth"].isel(x=slice(31, None)).max()) == 0
-    maps = pipeline.hazard_maps(results, to=folder / "maps")
+    with drawn_once():
+        maps = pipeline.hazard_maps(results, to=folder / "maps")
     assert set(maps) == {"small", "other", "all scenarios"}
     assert maps["all scenarios"].attrs["crs"] == "EPSG:2056"
 

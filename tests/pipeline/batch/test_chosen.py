@@ -124,9 +124,8 @@ def test_a_choice_without_runs_is_refused_and_nothing_is_written(do, out):
 
 
 @pytest.mark.usefixtures("sampled")
-@pytest.mark.parametrize(
-    ("count", "text", "told"),
-    [
+def test_what_cannot_be_chosen_for_is_told(do, out):
+    for count, text, told in (
         (4, "scool: depth > 1", "expected a receptor of school, never, found 'scool'. Did you mean 'school'"),
         (4, "school: dept > 1", "expected one of depth, speed, pressure, found 'dept'. Did you mean 'depth'"),
         (4, "school depth", "expected a place, a quantity and a threshold as 'school: depth > 1.2'"),
@@ -137,11 +136,9 @@ def test_a_choice_without_runs_is_refused_and_nothing_is_written(do, out):
         (4, None, "expected with --for"),
         (None, FOR, "expected with --next"),
         (0, FOR, "expected 1 to 10,000 runs, found 0"),
-    ],
-)
-def test_what_cannot_be_chosen_for_is_told(do, out, count, text, told):
-    with pytest.raises(OptionError, match=told):
-        do(count, text)
+    ):
+        with pytest.raises(OptionError, match=told):
+            do(count, text)
     assert [path.name for path in out.rglob("*.zarr")] == ["box.zarr"]
 
 

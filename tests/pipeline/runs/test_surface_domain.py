@@ -88,7 +88,7 @@ def test_another_ground_where_the_flow_comes_is_a_changed_scenario(folder):
     elevation = ground(ROWS, COLUMNS)
     elevation[80, 20] += 0.5
     write_raster(folder / "dem.tif", elevation)
-    with pytest.raises(pipeline.ChangedError, match=r"map_files\.elevation: was"):
+    with pytest.raises(pipeline.ChangedError, match=r"content of dem\.tif around the domain has changed"):
         pipeline.run(folder / "small.yaml", folder / "results", workers=1, quiet=True)
 
 

@@ -259,7 +259,7 @@ def test_what_all_runs_agree_on_is_above_a_threshold_or_it_is_not(value, fine):
     runs = [FieldLevel(at, held, Y, X, {}), FieldLevel(at[:8], held[:8], Y, X, {}, np.arange(8))]
     weight = np.full(60, 1 / 60)
     each = choose(runs[: 1 + fine], (threshold,), weight)[0][threshold]
-    one = exceedance(each.levels, each.level, draws([places(4096, seed=9)], [1.0], 512), weight)
+    one = exceedance(each.levels, each.level, draws([places(256, seed=9)], [1.0], 256), weight)
     cell, plain = 3 * len(X) + 4, float((held[:, 3, 4] > threshold).mean())
     assert plain == (value > 0.5)
     assert one.probability[cell] == one.coarse[cell] == plain
