@@ -74,8 +74,7 @@ class Results(Mapping[str, "xr.Dataset"]):
         lines = [f"results in {self.place}"]
         for name in self._names:
             counts = ", ".join(
-                f"{count} {status.words.replace('_', ' ')}"
-                for status, count in sorted(self._counts(name).items())
+                f"{count} {status.plain_words}" for status, count in sorted(self._counts(name).items())
             )
             lines.append(f"  {name}: {counts}")
         return "\n".join(lines)

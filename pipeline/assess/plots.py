@@ -165,12 +165,7 @@ def _bend(store: xr.Dataset, run: int) -> list[float]:
 def title_of(store: xr.Dataset, run: int) -> str:
     """Name of the scenario, the run's parameters where it has some, and its status where it is not done."""
     state = Status(int(store[STATUS.name][run]))
-    return f"{name_of(store, run)}{'' if state is Status.DONE else f' ({in_plain_words(state)})'}"
-
-
-def in_plain_words(state: Status) -> str:
-    """Write a status as people read it: ``cut off``, ``done but overrun``."""
-    return state.words.replace("_", " ")
+    return f"{name_of(store, run)}{'' if state is Status.DONE else f' ({state.plain_words})'}"
 
 
 def name_of(store: xr.Dataset, run: int) -> str:

@@ -30,8 +30,8 @@ from pipeline.runs.runs import Runs, expand, share
 from pipeline.runs.scene_of_run import build_scene
 from pipeline.runs.shared_points import SharedPoints, kept
 from pipeline.runs.template import likely_seconds, shares, template
-from pipeline.scenario.scenario import Scenario, differences, said
-from pipeline.store import layout, provenance, zarr_store
+from pipeline.scenario.scenario import Scenario, said
+from pipeline.store import changes, layout, provenance, zarr_store
 from pipeline.store.place import LEVEL, WHOLE, Part, checkpoint_path, hidden, store_path, summary_path
 from pipeline.store.storage import Location, is_made, storage_of
 from pipeline.store.variables import Status
@@ -250,7 +250,7 @@ def changed(scenarios: Sequence[Scenario], out: Location) -> dict[str, list[str]
             raise FileExistsError(f"{path} is not a store of scenarios; move it away")
         lines: list[str] = []
         if before["scenario_hash"] != scenario.digest:
-            differing = differences(str(before["scenario_content"]), scenario.content)
+            differing = changes.differences(str(before["scenario_content"]), scenario.content)
             lines += [f"{path}: made from a changed scenario: {line}" for line in differing]
         lines += [f"{path}: made by something else: {line}" for line in provenance.differences(before)]
         if lines:

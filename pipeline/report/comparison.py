@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 from pipeline.assess.frames import bed, follow, mean_spacing, on_surface
 from pipeline.assess.gridding import gridded
-from pipeline.assess.plots import depth_panels, in_plain_words, name_of, title_of
+from pipeline.assess.plots import depth_panels, name_of, title_of
 from pipeline.assess.relief import draw_relief
 from pipeline.store.place import store_paths
 from pipeline.store.run_table import markdown
@@ -99,7 +99,7 @@ def _row(name: str, state: Status, course: xr.Dataset) -> dict[str, object]:
     """Give the last frame that was computed, in numbers; speeds are the largest of all frames."""
     known = course.dropna("time", how="all", subset=["volume"])
     last = known.isel(time=-1)
-    row: dict[str, object] = {"run": name, "status": in_plain_words(state), "time": float(last["time"])}
+    row: dict[str, object] = {"run": name, "status": state.plain_words, "time": float(last["time"])}
     for quantity in (*(EXTENT if "front_x" in course else EXTENT_ON_SURFACE), *COLUMNS):
         row[quantity] = float(known[quantity].max() if quantity.endswith("speed") else last[quantity])
     return row

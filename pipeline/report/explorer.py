@@ -157,7 +157,7 @@ def _runs(
     return [
         {
             "run": int(run),
-            "status": Status(int(store[STATUS.name][run])).words.replace("_", " "),
+            "status": Status(int(store[STATUS.name][run])).plain_words,
             "computed": bool(known[run]),
             "censored": bool(open_ended[run]),
             "weight": float(share[run]),

@@ -17,7 +17,7 @@ from pipeline.assess.probability import BOUNDS
 from pipeline.assess.receptors import reached
 from pipeline.gis.symbology import CLASSES
 from pipeline.report.tables.runs import creeping_words
-from pipeline.report.tables.table import OPEN, between, share_in_words, short
+from pipeline.report.tables.table import between, is_open, share_in_words, short
 from pipeline.store.storage import Location
 
 SHARES = (0.05, 0.5, 0.95)
@@ -57,9 +57,8 @@ def _receptors(store: xr.Dataset) -> Iterator[str]:
         if periods:
             yield by_period(name, periods[name], row)
             continue
-        chance = share_in_words(row, "probability")
-        text = f"{name}: reached with a probability of {chance}"
-        if OPEN in chance:
+        text = f"{name}: reached with a probability of {share_in_words(row, 'probability')}"
+        if is_open(row, "probability"):
             text = f"{name}: it is not known whether it is reached"
         yield f"{text}{_at_the_earliest(row)}."
     if never:

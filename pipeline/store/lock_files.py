@@ -6,7 +6,7 @@ import fcntl
 import os
 import socket
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from time import monotonic, sleep
 from typing import IO
@@ -50,7 +50,9 @@ def held(out: Path) -> Iterator[None]:
             if out.is_dir() and [each.name for each in out.iterdir()] == [LOCK]:
                 (out / LOCK).unlink()
                 if own:
-                    out.rmdir()
+                    # another may have begun to use it
+                    with suppress(OSError):
+                        out.rmdir()
 
 
 @contextmanager

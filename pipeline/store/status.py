@@ -31,7 +31,7 @@ class Survey:
         """Two lines: the counts, and what made the store."""
         total = sum(self.statuses.values())
         shown = [s for s in Status if self.statuses[s] or not s.is_cut_off]
-        counts = ", ".join(f"{self.statuses[s]} {s.words.replace('_', ' ')}" for s in shown)
+        counts = ", ".join(f"{self.statuses[s]} {s.plain_words}" for s in shown)
         held = self.attributes
         summaries = [short(each) for each in str(held.get("summary_hash", "unknown")).split()]
         made = (

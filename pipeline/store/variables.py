@@ -56,6 +56,11 @@ class Status(IntEnum):
         return "done_but_overrun" if self is Status.OVERRUN else self.name.lower()
 
     @property
+    def plain_words(self) -> str:
+        """The status as people read it: ``cut off``, ``done but overrun``."""
+        return self.words.replace("_", " ")
+
+    @property
     def is_overrun(self) -> bool:
         """Whether material left through an open side."""
         return self in (Status.OVERRUN, Status.OVERRUN_AND_CUT_OFF)

@@ -69,7 +69,7 @@ def volume_ledger(store: xr.Dataset) -> Table | None:
         return None
     if len(values) <= MOST_ROWS:
         rows = [
-            [str(run), Status(int(status)).words.replace("_", " "), *map(number, row)]
+            [str(run), Status(int(status)).plain_words, *map(number, row)]
             for run, status, row in zip(
                 ended["run"].to_numpy(), ended["status"].to_numpy(), values, strict=True
             )

@@ -11,8 +11,6 @@ import numpy as np
 MOST_ROWS = 40
 # begins a cell that is shown in grey
 FAINT = "\u2009"
-# bounds of a share that no run settles
-OPEN = "0.00 to 1.00"
 
 
 @dataclass(frozen=True)
@@ -28,7 +26,13 @@ class Table:
 def share_in_words(row: Mapping[Any, Any], name: str) -> str:
     """Write a share with its bounds: ``0.54``, ``0.54 (0.50 to 0.61)``, ``unknown (0.00 to 1.00)``."""
     text = bounded(row, name, f"{name}_lower", f"{name}_upper")
-    return f"unknown ({OPEN})" if text.endswith(f"({OPEN})") else text
+    return f"unknown ({text.partition(' (')[2]}" if is_open(row, name) else text
+
+
+def is_open(row: Mapping[Any, Any], name: str) -> bool:
+    """Say that no run settles a share: to two decimals it may be anything from 0 to 1."""
+    lower, upper = row[f"{name}_lower"], row[f"{name}_upper"]
+    return bool(round(lower, 2) == 0 and round(upper, 2) == 1)
 
 
 def bounded(row: Mapping[Any, Any], estimate: str, lower: str, upper: str) -> str:
